@@ -9,7 +9,7 @@ namespace ode_parallel_sap::mechanisms {
 
 // Pairs of what did not change stay (PairCache).
 constexpr bool kept_pairs = true;
-// What changed meets kept trees (ProxyTrees). Else any change has all found anew.
+// What changed meets a kept tree (GeomTree). Else any change has all found anew.
 constexpr bool incremental_trees = true;
 // Pairs of boxes with room to move in are kept where all move by little (FatProxies).
 constexpr bool fat_pairs = true;
@@ -34,6 +34,4 @@ constexpr bool box_classes = true;
 constexpr bool query_trees = true;
 // What moved is put into that tree. Else it is built anew.
 constexpr bool kept_query_tree = true;
-// Its cells have room for boxes to move in.
-constexpr bool wide_query_cells = true;
 }  // namespace ode_parallel_sap::mechanisms

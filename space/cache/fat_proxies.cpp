@@ -63,25 +63,35 @@ void resizeTo(std::size_t slots, BoxSet& fat) {
 }  // namespace
 
 // Whether nearly all of a sample of the boxes have moved so little since the last one that they
-// would stay in fat ones for a while. Takes the next sample.
-bool FatProxies::isSlow(const BoxSet& boxes) {
+// would stay in fat ones for a while. Takes the next sample. Returns the tolerance where they would
+// stay within its margins, else 0.
+float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& slow) {
+  // At infinity a margin would be infinite, and make no number of an infinite bound.
+  constexpr double most = std::numeric_limits<float>::max();
+  const float useful = static_cast<float>(std::min(tolerance, most));
+  slow = useful > 0;
   const std::size_t count = std::min(most_sampled, boxes.size / sampled_share);
   const bool known = sampled_ == boxes.size;
   sampled_ = boxes.size;
-  if (count == 0) return false;
+  if (count == 0) return useful;
   const std::size_t step = boxes.size / count;
   sample_.resizeDiscarding(count);
-  std::size_t compared = 0, fast = 0;
+  std::size_t compared = 0, fast = 0, fast_for_tolerance = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Box& box = boxes.boxes[i * step];
     Box& before = sample_[i];
     if (known && isActive(box) && isActive(before)) {
+      const float distance = distanceOf(before, box) * least_service;
       ++compared;
-      fast += !(distanceOf(before, box) * least_service <= marginOf(box, fat_share));
+      fast += !(distance <= marginOf(box, fat_share));
+      fast_for_tolerance += !(distance <= useful * most_loose / 2);
     }
     before = box;
   }
-  return compared > 0 && fast * changing_share <= compared;
+  if (compared == 0) return useful;
+  if (fast_for_tolerance * changing_share <= compared) return useful;
+  slow = fast * changing_share <= compared;
+  return 0;
 }
 
 bool FatProxies::filtersChanged(const BoxSet& boxes, Slot slot) const {
@@ -121,20 +131,18 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
 }
 
 // Whether so few boxes left their fat ones that candidates serve: at most half of what is found
-// anew as quickly. Others may have made trees of boxes that are not these.
-bool FatProxies::candidatesServe(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
+// anew as quickly.
+bool FatProxies::candidatesServe(const BoxSet& boxes, int threads) {
   if (fat_.filter_bits != boxes.filter_bits || fat_.filter_bodies != boxes.filter_bodies)
     return false;
   listLeft(boxes, threads);
-  const std::size_t count = left_.count();
-  return count == 0 || (2 * count * changing_share <= boxes.size && builds_ == sweep.builds());
+  return 2 * left_.count() * changing_share <= boxes.size;
 }
 
-bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads,
-                         const Sweep<float>& sweep) {
-  // At infinity a margin would be infinite, and make no number of an infinite bound.
-  constexpr double most = std::numeric_limits<float>::max();
-  const float before = std::exchange(tolerance_, static_cast<float>(std::min(tolerance, most)));
+bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
+  const ScopedMode mode(exactMode());
+  bool slow;
+  const float before = std::exchange(tolerance_, usefulTolerance(boxes, tolerance, slow));
   if (before != tolerance_) {
     stop();
     back_off_ = BackOff(4);
@@ -143,11 +151,9 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads,
     back_off_.pass();
     return false;
   }
-  const ScopedMode mode(exactMode());
   skipped_ = 0;
-  const bool slow = tolerance_ > 0 || isSlow(boxes);
   if (!running_) return slow;
-  if (candidatesServe(boxes, threads, sweep)) {
+  if (candidatesServe(boxes, threads)) {
     back_off_.paid();
     return true;
   }
@@ -168,10 +174,10 @@ void FatProxies::stop() {
   running_ = false;
   fat_ = BoxSet();
   candidates_ = PairList();
-  found_ = PairList();
+  changed_pairs_ = ChangedPairs();
   merge_ = PairMerge();
-  trees_ = ProxyTrees<float>();
-  trees_started_ = false;
+  tree_ = QueryTree<float>();
+  has_tree_ = false;
 }
 
 // Also takes over the filters.
@@ -196,13 +202,12 @@ int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
     for (std::size_t slot = own.begin; slot < own.end; ++slot)
       fatten(boxes, static_cast<Slot>(slot), fat_share);
   });
-  const int used = sweep.find(fat_, threads, candidates_);
-  builds_ = sweep.builds();
-  return used;
+  return sweep.find(fat_, threads, candidates_);
 }
 
-// Boxes that have left get fat ones with more room: they may be on their way.
-int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
+// Boxes that have left get fat ones with more room: they may be on their way. The tree is made anew
+// once the strays in it have cost as much.
+int FatProxies::follow(const BoxSet& boxes, int threads) {
   ++frames_;
   leaving_.resizeDiscarding(0);
   left_.forEach([&](Slot slot) {
@@ -210,13 +215,24 @@ int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   });
   kept_ = candidates_.size();
   if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
-  if (!trees_started_) trees_.start(sweep, fat_.size, fat_);
-  trees_started_ = true;
   resizeTo(boxes.size, fat_);
   for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
-  const int used = trees_.find(fat_, leaving_, threads, found_);
-  builds_ = sweep.builds();
-  kept_ = merge_.replace(left_, found_, threads, candidates_);
+  if (has_tree_ && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
+    for (const Slot slot : leaving_) tree_.place(slot, fat_.boxes[slot]);
+  } else {
+    tree_.build(fat_, threads);
+    has_tree_ = true;
+    stray_rows_ = 0;
+  }
+  stray_rows_ += static_cast<double>(leaving_.size() * tree_.strayRows());
+  const int used = changed_pairs_.find(
+      fat_, /*all_active=*/true, leaving_, left_, threads,
+      [&](Slot slot) { return tree_.placeOf(slot); },
+      [&](Slot slot, Buffer<Slot>& hits) {
+        hits.resizeDiscarding(tree_.most());
+        hits.resize(tree_.find(fat_.boxes[slot], hits.data()));
+      });
+  kept_ = merge_.replace(left_, changed_pairs_.found(), threads, candidates_);
   return used;
 }
 
@@ -261,7 +277,7 @@ int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, Pair
   const ScopedMode mode(exactMode());
   try {
     kept_ = 0;
-    const int used = running_ ? follow(boxes, threads, sweep) : start(boxes, threads, sweep);
+    const int used = running_ ? follow(boxes, threads) : start(boxes, threads, sweep);
     return std::max(used, test(boxes, threads, pairs));
   } catch (...) {
     stop();

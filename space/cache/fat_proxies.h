@@ -10,9 +10,10 @@
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
 #include "space/base/slot_set.h"
+#include "space/cache/changed_pairs.h"
 #include "space/cache/pair_merge.h"
-#include "space/cache/proxy_trees.h"
 #include "space/pairs/sweep.h"
+#include "space/queries/query_tree.h"
 
 namespace ode_parallel_sap {
 
@@ -26,46 +27,45 @@ namespace ode_parallel_sap {
 class FatProxies {
  public:
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
-  // since the last call, and fat boxes were not left in vain lately. `sweep` is the one that find()
-  // gets. With a `tolerance` margins are a part of it, and all candidates are pairs.
-  bool prepare(const BoxSet& boxes, double tolerance, int threads, const Sweep<float>& sweep);
+  // since the last call, and fat boxes were not left in vain lately. With a `tolerance` that is
+  // enough for their motion margins are a part of it, and all candidates are pairs.
+  bool prepare(const BoxSet& boxes, double tolerance, int threads);
   // A frame did without. After many in a row nothing is held.
   void noteUnused();
-  // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does. The sweep's trees
-  // are those of fat boxes afterwards.
+  // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does.
   int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs);
 
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
   std::size_t bytes() const {
-    return bytesOf(fat_, candidates_, left_, leaving_, trees_, found_, merge_, sample_,
+    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, merge_, sample_,
                    borderline_);
   }
 
  private:
-  bool isSlow(const BoxSet& boxes);
-  bool candidatesServe(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
+  float usefulTolerance(const BoxSet& boxes, double tolerance, bool& slow);
+  bool candidatesServe(const BoxSet& boxes, int threads);
   bool filtersChanged(const BoxSet& boxes, Slot slot) const;
   void listLeft(const BoxSet& boxes, int threads);
   void fatten(const BoxSet& boxes, Slot slot, float share);
   int start(const BoxSet& boxes, int threads, Sweep<float>& sweep);
-  int follow(const BoxSet& boxes, int threads, Sweep<float>& sweep);
+  int follow(const BoxSet& boxes, int threads);
   int test(const BoxSet& boxes, int threads, PairList& pairs);
   void stop();
 
   float tolerance_ = 0;
   bool running_ = false;
   BackOff back_off_{4};
-  int frames_ = 0;            // since all got fat boxes
-  int skipped_ = 0;           // frames since prepare() looked
-  std::uint64_t builds_ = 0;  // of the sweep, when its trees were last those of fat boxes
+  int frames_ = 0;   // since all got fat boxes
+  int skipped_ = 0;  // frames since prepare() looked
   BoxSet fat_;
   PairList candidates_;
-  SlotSet left_;          // slots whose fat boxes or filters hold no more, and those that are gone
-  Buffer<Slot> leaving_;  // those of them that are still there, ascending
-  ProxyTrees<float> trees_;
-  bool trees_started_ = false;
-  PairList found_;
+  SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone
+  Buffer<Slot> leaving_;   // those of them that are still there, ascending
+  QueryTree<float> tree_;  // of the fat boxes
+  bool has_tree_ = false;
+  double stray_rows_ = 0;  // gone through since it was built
+  ChangedPairs changed_pairs_;
   PairMerge merge_;
   std::size_t kept_ = 0;
   Buffer<Box> sample_;                                      // some boxes of the last frame

@@ -13,18 +13,16 @@ void PairCache::beginFrame(bool nested) {
   complete_ = false;
 }
 
-void PairCache::start(std::size_t slots, bool in_trees) {
+void PairCache::start(std::size_t slots) {
   running_ = true;
   all_may_have_changed_ = false;
   changed_.growTo(slots);
-  in_trees_ = in_trees;
-  trees_started_ = false;
 }
 
-// Small scenes are found anew faster than changes in trees that would have to be built.
+// Small scenes are found anew faster than changes in a tree.
 bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
-  const bool may_build = mechanisms::incremental_trees && (in_trees_ || slots > small_scene_slots);
-  return changes * changing_share > slots || (changes > 0 && !may_build);
+  const bool by_tree = mechanisms::incremental_trees && slots > small_scene_slots;
+  return changes * changing_share > slots || (changes > 0 && !by_tree);
 }
 
 PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
@@ -49,36 +47,26 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
   return update;
 }
 
-template <class Real>
-int PairCache::findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
-                           const BoxSet& boxes, int threads) {
-  if (!trees_started_) {
-    if (!in_trees_) {
-      Buffer<std::uint64_t> workspace;
-      base.build(boxes, threads, workspace);
-    }
-    trees.start(base, changed_.words() * SlotSet::word_slots, boxes);
-    trees_started_ = true;
-  }
-  return trees.find(boxes, changed, threads, found_);
-}
-
-PairCache::Counts PairCache::renew(dxGeom* const* geoms, const Update& update,
-                                   const GeomUpdate& geom_update, int threads, CPUFinders& finders,
-                                   PairFilter& filter, PairList& pairs) {
-  Counts counts = {update.threads, 0, pairs.size()};
-  if (update.changes == 0) return counts;
+bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
+                      const GeomUpdate& geom_update, int threads, GeomTree& tree,
+                      PairFilter& filter, PairList& pairs, Counts& counts) {
+  counts = {update.threads, 0, pairs.size()};
+  if (update.changes == 0) return true;
   const BoxSet& boxes = geom_update.boxes();
   const Buffer<Slot>& changed = geom_update.repacked();
-  const int used = boxes.wide
-                       ? findChanged(wide_trees_, finders.wide.sweep, changed, boxes, threads)
-                       : findChanged(trees_, finders.narrow.sweep, changed, boxes, threads);
+  const UpdateFacts& facts = geom_update.facts();
+  if (!tree.bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
+  const int used = changed_pairs_.find(
+      boxes, facts.disabled == 0 && !filter.planes().any(), changed, changed_, threads,
+      [&](Slot slot) { return tree.placeOf(slot); },
+      [&](Slot slot, Buffer<Slot>& hits) { tree.find(geoms, geoms[slot], hits); });
   counts.threads = std::max(counts.threads, used);
-  counts.found = found_.size();
-  filter.dropExcluded(geoms, geom_update.facts(), rules_, boxes, threads, found_);
-  counts.kept = merge_.replace(changed_, found_, threads, pairs);
+  PairList& found = changed_pairs_.found();
+  counts.found = found.size();
+  filter.dropExcluded(geoms.data(), facts, rules_, boxes, threads, found);
+  counts.kept = merge_.replace(changed_, found, threads, pairs);
   forgetChanges();
-  return counts;
+  return true;
 }
 
 }  // namespace ode_parallel_sap

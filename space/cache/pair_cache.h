@@ -8,18 +8,18 @@
 #include "space/base/buffer.h"
 #include "space/base/platform.h"
 #include "space/base/slot_set.h"
+#include "space/cache/changed_pairs.h"
 #include "space/cache/fat_proxies.h"
 #include "space/cache/pair_merge.h"
-#include "space/cache/proxy_trees.h"
-#include "space/finders/cpu_finders.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
+#include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
 
 // A proxy is a box with a margin. While boxes stay in their proxies, the pairs that overlap are
 // among the candidates, the pairs of proxies. Candidates are kept in their order; those of proxies
-// that are out of date are found anew in trees and merged in. There are three margins:
+// that are out of date are found anew in a tree and merged in. There are three margins:
 //
 // - 0, if at most one geom in changing_share changed. Geoms that changed are out of date, and all
 //   candidates are pairs.
@@ -53,9 +53,8 @@ class PairCache {
   // nothing is kept.
   void beginFrame(bool nested);
   void endFrame() { complete_ = true; }
-  // The pairs of a frame that was found anew are complete. `in_trees`: the sweep's trees hold its
-  // boxes.
-  void start(std::size_t slots, bool in_trees);
+  // The pairs of a frame that was found anew are complete.
+  void start(std::size_t slots);
   void stop() { running_ = false; }
 
   // Margin 0.
@@ -80,32 +79,26 @@ class PairCache {
     int threads = 1;
     std::size_t found = 0, kept = 0;  // pairs
   };
-  // After an update() that kept: makes `pairs` those of this frame. `finders` found them first.
-  Counts renew(dxGeom* const* geoms, const Update& update, const GeomUpdate& geom_update,
-               int threads, CPUFinders& finders, PairFilter& filter, PairList& pairs);
+  // After an update() that kept: makes `pairs` those of this frame. False
+  // where others read the tree: the frame is to be found anew.
+  bool renew(const GeomTree::Geoms& geoms, const Update& update, const GeomUpdate& geom_update,
+             int threads, GeomTree& tree, PairFilter& filter, PairList& pairs, Counts& counts);
 
   // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }
 
-  std::size_t bytes() const { return bytesOf(changed_, trees_, wide_trees_, found_, merge_, fat_); }
+  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, merge_, fat_); }
 
  private:
   bool tooMany(std::size_t changes, std::size_t slots) const;
-  template <class Real>
-  int findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
-                  const BoxSet& boxes, int threads);
 
   SlotSet changed_;
   bool all_may_have_changed_ = false;
-  bool complete_ = false;       // the last frame came to its report
-  bool running_ = false;        // its boxes and pairs are known
-  bool reported_all_ = false;   // of the candidates, in the last frame
-  PackRules rules_;             // of the last update()
-  bool in_trees_ = false;       // the boxes of the last frame that was found anew
-  bool trees_started_ = false;  // since the last start()
-  ProxyTrees<float> trees_;
-  ProxyTrees<double> wide_trees_;
-  PairList found_;
+  bool complete_ = false;      // the last frame came to its report
+  bool running_ = false;       // its boxes and pairs are known
+  bool reported_all_ = false;  // of the candidates, in the last frame
+  PackRules rules_;            // of the last update()
+  ChangedPairs changed_pairs_;
   PairMerge merge_;
   FatProxies fat_;
 };

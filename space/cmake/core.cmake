@@ -12,7 +12,6 @@ add_library(
   ${core}/paper/endpoint_lists.cpp
   ${core}/cache/fat_proxies.cpp
   ${core}/cache/pair_merge.cpp
-  ${core}/cache/proxy_trees.cpp
   ${core}/base/platform.cpp
   ${core}/pairs/cell_coherence.cpp
   ${core}/pairs/cell_order.cpp

@@ -146,10 +146,9 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   if (update.unannounced.count)
     complaints_.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
   Found found;
-  if (update.kept) {
-    renew(frame, update);
-  } else {
-    frame.stats.moved = update.moved_in_vain;
+  if (!update.kept || !renew(frame, update)) {
+    update.kept = false;
+    frame.stats.moved += update.moved_in_vain;
     found = findAnew(frame);
   }
   const PairList& pairs = select(frame);
@@ -166,21 +165,24 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   return nullptr;
 }
 
-// The last frame's pairs, but for those of geoms that changed since.
-void Pipeline::renew(Frame& frame, const PairCache::Update& update) {
+// The last frame's pairs, but for those of geoms that changed since. False if they must be found
+// anew.
+bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   const FrameCall& call = frame.call;
   call.scene.noteClean();
   // Where nothing changed these stages are shorter than reading the clock.
   if (!update.isSame()) frame.clock.begin(Stage::synchronise);
   noteUpdate(frame);
   if (!update.isSame()) frame.clock.begin(Stage::extract);
-  const PairCache::Counts counts =
-      cache_.renew(call.geoms(), update, geom_update_, frame.plan.threads, extraction_.finders(),
-                   pair_filter_, call.lists.candidates);
+  PairCache::Counts counts;
+  if (!cache_.renew(call.scene.slots, update, geom_update_, frame.plan.threads, call.tree,
+                    pair_filter_, call.lists.candidates, counts))
+    return false;
   frame.stats.method = dParallelSAPMethodSweep;
   frame.stats.find_threads = counts.threads;
   frame.stats.candidates = counts.found;
   frame.stats.kept = counts.kept;
+  return true;
 }
 
 // update -> synchronise -> extract -> filter, for all geoms.
@@ -201,9 +203,9 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.candidates;
   Found found;
-  const bool fat = plan.fat_pairs && !boxes.wide &&
-                   cache_.fat().prepare(boxes, static_cast<double>(geom_update_.tolerance()),
-                                        plan.threads, extraction_.sweep());
+  const bool fat =
+      plan.fat_pairs && !boxes.wide &&
+      cache_.fat().prepare(boxes, static_cast<double>(geom_update_.tolerance()), plan.threads);
   if (fat) {
     found.threads = cache_.fat().find(boxes, plan.threads, extraction_.sweep(), candidates);
     found.method = dParallelSAPMethodSweep;
@@ -224,9 +226,7 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.clock.begin(Stage::filter);
   pair_filter_.dropExcluded(call.geoms(), geom_update_.facts(), plan.rules, boxes, plan.threads,
                             candidates);
-  if (plan.use_cache)
-    cache_.start(call.slots(),
-                 found.devices == 0 && found.method == dParallelSAPMethodSweep && !fat);
+  if (plan.use_cache) cache_.start(call.slots());
   return found;
 }
 

@@ -43,6 +43,7 @@ struct FrameLists {
 struct FrameCall {
   const Scene scene;
   FrameLists& lists;
+  GeomTree& tree;  // of the scene
   const Settings& settings;
   bool manual_cleanup;  // threads leave no data in ODE
 
@@ -115,7 +116,7 @@ class Pipeline {
   inline FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
                                   PairWatcher* watcher);
   const PairList* findPairs(Frame& frame);
-  void renew(Frame& frame, const PairCache::Update& update);
+  bool renew(Frame& frame, const PairCache::Update& update);
   Found findAnew(Frame& frame);
   void noteUpdate(Frame& frame);
   const PairList& select(Frame& frame);

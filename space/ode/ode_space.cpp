@@ -298,8 +298,7 @@ void ParallelSAPSpace::complainOfThreads() {
 
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
 void ParallelSAPSpace::noteChange(Slot slot) {
-  queries_.changed(slot);
-  rays_.changed(slot);
+  tree_.changed(slot);
   pipeline_.noteChange(slot);
 }
 
@@ -308,8 +307,7 @@ void ParallelSAPSpace::closeSlots() {
   pipeline_.closeSlots(slots_.geoms());
   swept_.closeSlots(slots_.geoms());
   slots_.close();
-  queries_.reset();
-  rays_.reset();
+  tree_.reset();
   silent_.renumber(slots_.geoms());
 }
 
@@ -384,7 +382,7 @@ void ParallelSAPSpace::cleanGeoms() {
 void ParallelSAPSpace::cleanFew() {
   if (!needs_clean_) return;
   const Scene all = scene(/*nested=*/true);
-  if (queries_.clean(slots_.geoms()) || rays_.clean(slots_.geoms()))
+  if (tree_.clean(slots_.geoms()))
     all.noteClean();
   else
     pipeline_.clean(all, settings_);
@@ -397,19 +395,14 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
     static_assert(MemoryWatch::parts == Pipeline::parts + 1, "the last part is the space's own");
     if (part == Pipeline::parts) {
       call.workspace()->release();
-      queries_.release();
-      rays_.release();
+      tree_.release();
       slots_.shrink();
       swept_.shrink();
     } else if (part != MemoryWatch::none) {
       pipeline_.release(part, call.workspace()->frame);
     }
     closeSlots();
-    if (queries_.noteFrame()) {
-      call.workspace()->query = QueryLists();
-      call.workspace()->overlaps = OverlapLists();
-    }
-    if (rays_.noteFrame()) call.workspace()->rays = RayLists();
+    if (tree_.noteFrame()) call.workspace()->releaseQueries();
   }
   const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
   if (notified != notify_all_calls_seen_) notify(nullptr);
@@ -448,7 +441,7 @@ void ParallelSAPSpace::runFrame(Collide collide) {
   const SpannedCall call(*this, Use::change);
   beginFrame(call);
   withLists(call, &Workspace::frame, [&](FrameLists& lists) {
-    last_pairs_ = collide({scene(call.nested()), lists, settings_, getManualCleanup() != 0});
+    last_pairs_ = collide({scene(call.nested()), lists, tree_, settings_, getManualCleanup() != 0});
   });
   if (call.nested()) return;
   observers_.forEach([&](SpaceObserver& observer) {
@@ -531,12 +524,11 @@ __attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(const Call& call, 
 __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
                                                           QueryLists& lists) {
   try {
-    queries_.find(slots_.geoms(), geom, settings_.rules,
-                  use.isGuest() ? GeomQueries::guest : Policy::teamFor(slots_.size(), settings_),
-                  lists);
+    ode_parallel_sap::findHits(tree_, use.isGuest(), Policy::teamFor(slots_.size(), settings_),
+                               slots_.geoms(), geom, settings_.rules, lists);
     lists.found.resizeDiscarding(lists.hits.size());
   } catch (const std::bad_alloc&) {
-    if (!use.isGuest()) queries_.release();
+    if (!use.isGuest()) tree_.release();
     return false;
   }
   Buffer<dxGeom*>& hits = lists.hits;
@@ -576,14 +568,15 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
     checkSilent();
     cleanFew();
   }
-  const RayCaster::Way way = {
+  const RayWay way = {
       call.isGuest() ? 1 : teamFor(request.count, grains::cast_rays, threadsFor(settings_)),
       getManualCleanup() != 0, /*trees=*/true, call.isGuest()};
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t hits = 0;
-  withLists(call, &Workspace::rays,
-            [&](RayLists& lists) { hits = rays_.cast(all, request, way, lists); });
+  withLists(call, &Workspace::rays, [&](RayLists& lists) {
+    hits = ode_parallel_sap::castRays(all, tree_, request, way, lists);
+  });
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
 }
@@ -610,7 +603,7 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;
   withLists(call, &Workspace::overlaps, [&](OverlapLists& lists) {
-    overlaps = ode_parallel_sap::findOverlaps(all, queries_, settings_.rules, request, way, lists);
+    overlaps = ode_parallel_sap::findOverlaps(all, tree_, settings_.rules, request, way, lists);
   });
   pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));
   return overlaps;
@@ -618,7 +611,7 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(
-      sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_, workspace_));
+      sizeof *this + bytesOf(slots_, silent_, swept_, tree_, pipeline_, workspace_));
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -19,7 +19,7 @@
 #include "space/ode/swept_bounds.h"
 #include "space/ode/workspace.h"
 #include "space/queries/geom_queries.h"
-#include "space/rays/ray_caster.h"
+#include "space/rays/ray_bounds.h"
 
 namespace ode_parallel_sap {
 
@@ -146,8 +146,7 @@ class ParallelSAPSpace : public dxSpace {
   SilentGeoms silent_;
   SweptBounds swept_;
   bool ever_swept_ = false;  // it, or a space of ours in it
-  GeomQueries queries_;
-  RayCaster rays_;
+  GeomTree tree_{hasBoundedHits};
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
   std::size_t last_pairs_ = 0;  // of the last frame

@@ -24,10 +24,13 @@ struct Workspace {
 
   // Gives back what is held, but for the frame's lists.
   void release() {
+    releaseQueries();
+    inner.reset();
+  }
+  void releaseQueries() {
     query = QueryLists();
     rays = RayLists();
     overlaps = OverlapLists();
-    inner.reset();
   }
   std::size_t bytes() const { return bytesOf(frame, query, rays, overlaps, inner); }
 };

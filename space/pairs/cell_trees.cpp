@@ -1,7 +1,6 @@
 #include "space/pairs/cell_trees.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "space/base/parallel.h"
@@ -93,45 +92,48 @@ void CellTrees<Real>::packUpperLevels() {
 }
 
 template <class Real>
-void CellTrees<Real>::widen(Real part) {
-  for (const TreeView<Real>& view : views_) {
-    if (view.depth < 2) continue;
-    for (std::uint32_t node = 0; node < view.groups[1]; ++node) {
-      Group<Real>& bounds = level(view, 1)[node];
-      for (int axis = 0; axis < 3; ++axis)
-        for (int lane = 0; lane < group_size; ++lane) {
-          const Real margin = (bounds.upper[axis][lane] - bounds.lower[axis][lane]) * part;
-          // Not where the bounds are inverted or infinite, or there is no cell.
-          if (!(margin > 0 && margin < std::numeric_limits<Real>::infinity())) continue;
-          bounds.lower[axis][lane] -= margin;
-          bounds.upper[axis][lane] += margin;
-        }
-    }
-  }
-  packUpperLevels();
-}
-
-template <class Real>
-void CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
+bool CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
+  const bool fits = isActive(box) && makeRoom(cell, box);
+  const BasicBox<Real> placed = fits ? box : inactiveBox<Real>();
   for (int axis = 0; axis < 3; ++axis) {
-    groups_[cell].lower[axis][lane] = box.lower[axis];
-    groups_[cell].upper[axis][lane] = box.upper[axis];
+    groups_[cell].lower[axis][lane] = placed.lower[axis];
+    groups_[cell].upper[axis][lane] = placed.upper[axis];
   }
+  return fits;
 }
 
+// Has the bounds of a cell, and all above it, hold the box. Not where they would have to grow
+// beyond some lengths of the box.
 template <class Real>
-BasicBox<Real> CellTrees<Real>::boundsOf(std::size_t cell) const {
+bool CellTrees<Real>::makeRoom(std::size_t cell, const BasicBox<Real>& box) {
   std::size_t tree = 0;
   while (cell - views_[tree].first_cell >= cells(tree)) ++tree;
-  const std::size_t own = cell - views_[tree].first_cell;
-  const Group<Real>& bounds = views_[tree].levels[1][own / group_size];
-  const std::size_t lane = own % group_size;
-  BasicBox<Real> box;
+  const TreeView<Real>& view = views_[tree];
+  std::size_t child = cell - view.first_cell;
+  Group<Real>* bounds = &level(view, 1)[child / group_size];
+  std::size_t lane = child % group_size;
+  bool grows = false;
   for (int axis = 0; axis < 3; ++axis) {
-    box.lower[axis] = bounds.lower[axis][lane];
-    box.upper[axis] = bounds.upper[axis][lane];
+    const Real lower = std::min(bounds->lower[axis][lane], box.lower[axis]);
+    const Real upper = std::max(bounds->upper[axis][lane], box.upper[axis]);
+    const bool outside =
+        !(lower == bounds->lower[axis][lane] && upper == bounds->upper[axis][lane]);
+    if (outside && !(upper - lower <= Real(cell_lengths) * (box.upper[axis] - box.lower[axis])))
+      return false;
+    grows |= outside;
   }
-  return box;
+  for (int depth = 1; grows; ++depth) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Real &lower = bounds->lower[axis][lane], &upper = bounds->upper[axis][lane];
+      lower = std::min(lower, box.lower[axis]);
+      upper = std::max(upper, box.upper[axis]);
+    }
+    child /= group_size;
+    lane = child % group_size;
+    if (depth + 1 == view.depth) break;
+    bounds = &level(view, depth + 1)[child / group_size];
+  }
+  return true;
 }
 
 template <class Real>
@@ -144,12 +146,6 @@ void CellTrees<Real>::packFilters(const BoxSet& boxes, std::size_t begin, std::s
       filter.collide[lane] = boxes.filter_bits ? boxes.bits[slot].collide : ~0u;
       filter.body[lane] = boxes.filter_bodies ? boxes.bodies[slot] : 0;
     }
-}
-
-template <class Real>
-void CellTrees<Real>::renumber(const Slot* slots) {
-  for (Group<Real>& group : groups_)
-    for (std::uint32_t& slot : group.slot) slot = slots[slot];
 }
 
 template class CellTrees<float>;

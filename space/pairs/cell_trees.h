@@ -8,6 +8,7 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
+#include "space/base/platform.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -27,15 +28,17 @@ class CellTrees {
  public:
   // `of` tells which of the boxes each cell gets; what it points to is read during the call only.
   void build(const BoxSet& boxes, const CellBoxes& of, const CellClasses& classes, int threads);
-  // Widens the bounds of every cell by `part` of its extents, so that its boxes have room to move.
-  void widen(Real part);
-  // Puts another box into a place, all NaN for none. It stays within boundsOf(cell).
-  void setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
-  // What the tree takes for the bounds of the boxes of one of the cells().
-  BasicBox<Real> boundsOf(std::size_t cell) const;
+  // Puts another box into a place, all NaN for none. False if the bounds of its cell, whose boxes
+  // are moved about, would be much longer than the box: the place is then empty.
+  bool setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
 
-  // Slot i becomes slots[i], which ascend.
-  void renumber(const Slot* slots);
+  // Asks for what setBox() changes.
+  void prefetchCell(std::size_t cell) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      prefetch(groups_[cell].lower[axis]);
+      prefetch(groups_[cell].upper[axis]);
+    }
+  }
   std::size_t count() const { return views_.size(); }
   // One a class, an empty one where it has no cells. Valid until the next build, and none at all
   // after one that threw.
@@ -55,6 +58,7 @@ class CellTrees {
   void layOut(const CellClasses& classes, bool filtered);
   void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
   void packUpperLevels();
+  bool makeRoom(std::size_t cell, const BasicBox<Real>& box);
 
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
   Buffer<GroupFilter> filters_;

@@ -27,20 +27,14 @@ class Sweep : public PairFinder {
   // The first half of find() alone: sorts the boxes into cells, unless those of the last time are
   // good, and packs the trees over them. What `workspace` holds is lost.
   void build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
-  // How often the trees were made others.
-  std::uint64_t builds() const { return builds_; }
   // The trees of the last find() or build(), small boxes first.
   const CellTrees<Real>& trees() const { return trees_; }
-  // Slot i becomes slots[i] in all trees, ascending: for boxes that were gathered from a larger
-  // set.
-  void renumber(const Slot* slots) { trees_.renumber(slots); }
 
  private:
   void planTasks(int threads);
 
   CellOrder<Real> order_;
   CellCoherence<Real> cell_coherence_;
-  std::uint64_t builds_ = 0;
   CellTrees<Real> trees_;
   std::vector<RowSearch<Real>> tasks_;
   RowTable<Real> rows_;

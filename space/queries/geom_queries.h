@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "space/base/buffer.h"
-#include "space/base/floating_point.h"
 #include "space/base/slot_set.h"
 #include "space/geoms/pack_rules.h"
 #include "space/queries/geom_tree.h"
@@ -24,61 +23,16 @@ struct QueryLists {
   std::size_t bytes() const { return bytesOf(hits, found, marks); }
 };
 
-// Walks a GeomTree where queries come often enough to pay for it; tests geom by geom where they do
-// not.
-class GeomQueries {
- public:
-  using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
-  // The most threads that build a tree; or a guest, which changes nothing but its lists.
-  static constexpr int guest = 0;
+// Puts into the hits, in ascending order of their slots, the enabled geoms that are pairs with
+// `geom` by the rules of queries, the AABBTest calls apart. All AABBs are up to date, that of
+// `geom` is without NaN. By the tree, or without one geom by geom. Needs exactMode(); may run on
+// many threads at once. Throws std::bad_alloc.
+void findHits(const GeomTree* tree, const GeomTree::Geoms& geoms, dxGeom* geom,
+              const PackRules& rules, QueryLists& lists);
 
-  void changed(std::size_t slot) { tree_.changed(slot); }
-  void reset() { tree_.reset(); }
-  // As of the tree.
-  bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
-
-  // Puts into the hits, in ascending order of their slots, the enabled geoms that are pairs with
-  // `geom` by the rules of queries, the AABBTest calls apart. All AABBs are up to date, that of
-  // `geom` is without NaN. Throws std::bad_alloc where memory ends.
-  void find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
-            QueryLists& lists) {
-    const ScopedMode mode(exactMode());
-    if (geoms.size() <= few_geoms)
-      findFew(geoms, geom, rules, lists.hits);
-    else if (threads == guest)
-      findBy(read().mayRead(), geoms, geom, rules, lists);
-    else
-      findBy(tree_.bringUpToDate(geoms, threads), geoms, geom, rules, lists);
-  }
-
-  // For a batch: whether so many queries more go by the tree, which a guest reads meanwhile.
-  bool prepare(const Geoms& geoms, int threads, std::size_t queries) {
-    const ScopedMode mode(exactMode());
-    return tree_.bringUpToDate(geoms, threads, static_cast<double>(queries));
-  }
-  GeomTree::Reader read() const { return GeomTree::Reader(tree_); }
-  // One of them, as find(). Needs exactMode(); may run on many threads at once.
-  void findBy(bool tree, const Geoms& geoms, dxGeom* geom, const PackRules& rules,
-              QueryLists& lists) const;
-
-  // Whether it gave back what it holds.
-  bool noteFrame() { return tree_.noteFrame(); }
-
-  // Gives back all that is held.
-  void release() { tree_.release(); }
-  std::size_t bytes() const { return bytesOf(tree_); }
-
- private:
-  void findByTree(const Geoms& geoms, const dxGeom* geom, QueryLists& lists) const;
-  static void findFew(const Geoms& geoms, dxGeom* geom, const PackRules& rules,
-                      Buffer<dxGeom*>& hits);
-  static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
-
-  // Are tested in one pass, without a tree: queries of a robot's links took 0.85 of the
-  // instructions.
-  static constexpr std::size_t few_geoms = 16;
-
-  GeomTree tree_;
-};
+// The same, by the tree where queries come often enough to pay for it, which up to so many threads
+// build. A guest changes nothing but its lists.
+void findHits(GeomTree& tree, bool guest, int threads, const GeomTree::Geoms& geoms, dxGeom* geom,
+              const PackRules& rules, QueryLists& lists);
 
 }  // namespace ode_parallel_sap

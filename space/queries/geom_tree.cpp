@@ -1,10 +1,13 @@
 #include "space/queries/geom_tree.h"
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <type_traits>
 
+#include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"
+#include "space/base/parallel.h"
 #include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"
 #include "space/geoms/geom_prefetch.h"
@@ -13,6 +16,8 @@
 namespace ode_parallel_sap {
 
 namespace {
+
+Region packing("geom tree: boxes");
 
 // Up to this number dirty geoms are cleaned by one thread on the way.
 constexpr std::size_t most_cleaned_alone = grains::packed_slots.work;
@@ -25,17 +30,8 @@ void prefetchAhead(const Buffer<dxGeom*>& geoms, std::size_t slot) {
   if (const dxGeom* const geom = geomAt(geoms, slot + prefetch_distance)) prefetchBounds(geom);
 }
 
-template <class Tree>
-using RealOf = typename std::remove_reference<Tree>::type::RealType;
-
-// Of what a tree holds.
-template <class Real>
-BasicBox<Real> boxIn(const dxGeom* geom, GeomTree::Takes takes, bool& coarse) {
-  return boxOf<Real>(geom && takes && !takes(geom) ? nullptr : geom, coarse);
-}
-
-}  // namespace
-
+// The box of a geom's AABB, all NaN where it takes part in nothing. `coarse`: floats make it
+// clearly larger.
 template <class Real>
 BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
   constexpr BasicBox<Real> none = inactiveBox<Real>();
@@ -50,42 +46,71 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
   }
 }
 
-template BasicBox<float> boxOf<float>(const dxGeom* geom, bool& coarse);
-template BasicBox<double> boxOf<double>(const dxGeom* geom, bool& coarse);
+template <class Tree>
+using RealOf = typename std::remove_reference_t<Tree>::RealType;
+
+}  // namespace
 
 // Returns how many boxes floats make clearly larger.
 template <class Real>
-std::size_t GeomTree::Tree::pack(const Geoms& geoms, Takes takes, Buffer<BasicBox<Real>>& into) {
-  std::size_t count = 0;
-  into.resizeDiscarding(geoms.size());
-  for (std::size_t slot = 0; slot < geoms.size(); ++slot) {
-    prefetchAhead(geoms, slot);
-    bool coarse = false;
-    into[slot] = boxIn<Real>(geoms[slot], takes, coarse);
-    count += coarse;
-  }
+std::size_t GeomTree::Tree::pack(const Geoms& geoms, IsBounded is_bounded, int threads) {
+  for (BoxSet& set : boxes) set.wide = sizeof(Real) > sizeof(float);
+  Buffer<BasicBox<Real>>& all = boxBufferOf<Real>(boxes[bounded]);
+  all.resizeDiscarding(boxes[bounded].size = geoms.size());
+  std::atomic<std::size_t> count{0};
+  const int most = teamFor(geoms.size(), grains::packed_slots, threads);
+  clearForTeam(others, most);
+  runTeam(packing, most, [&](int thread, int team) {
+    std::size_t own_count = 0;
+    const Range own = ownPart(geoms.size(), thread, team);
+    for (std::size_t slot = own.begin; slot < own.end; ++slot) {
+      prefetchAhead(geoms, slot);
+      const dxGeom* const geom = geoms[slot];
+      bool coarse = false;
+      all[slot] = boxOf<Real>(geom, coarse);
+      own_count += coarse;
+      if (geom && !is_bounded(geom)) others[thread].push_back(static_cast<Slot>(slot));
+    }
+    count += own_count;
+  });
+  boxes[other].size = 0;
+  for (const Buffer<Slot>& part : others)
+    for (const Slot slot : part) {
+      Buffer<BasicBox<Real>>& apart = boxBufferOf<Real>(boxes[other]);
+      if (!boxes[other].size) {
+        apart.resizeDiscarding(boxes[other].size = geoms.size());
+        std::fill(apart.begin(), apart.end(), inactiveBox<Real>());
+      }
+      std::swap(apart[slot], all[slot]);
+    }
   return count;
 }
 
-void GeomTree::Tree::build(const Geoms& geoms, Takes takes, int threads) {
+void GeomTree::Tree::build(const Geoms& geoms, IsBounded is_bounded, int threads) {
   built = false;
-  boxes.size = geoms.size();
-  const std::size_t coarse = pack(geoms, takes, boxes.boxes);
   // A small part of them will do as floats.
-  is_wide = sizeof(dReal) > sizeof(float) && coarse > geoms.size() / 8;
-  if (is_wide) pack(geoms, takes, boxes.wide_boxes);
-  boxes.wide = is_wide;
-  (is_wide ? boxes.boxes.release() : boxes.wide_boxes.release());
-  if (is_wide)
-    narrow = {};
-  else
-    wide = {};
-  withTree([&](auto& tree) { tree.build(boxes, threads); });
-  // Of use again where building comes again.
-  if (++builds == 1) {
-    withTree([](auto& tree) { tree.releaseScratch(); });
-    boxes = BoxSet();
+  is_wide =
+      pack<float>(geoms, is_bounded, threads) > geoms.size() / 8 && sizeof(dReal) > sizeof(float);
+  if (is_wide) pack<double>(geoms, is_bounded, threads);
+  for (int kind = 0; kind < kinds; ++kind) {
+    if (is_wide) {
+      boxes[kind].boxes.release();
+      narrow[kind] = {};
+    } else {
+      boxes[kind].wide_boxes.release();
+      wide[kind] = {};
+    }
   }
+  // Of use again where building comes again.
+  const bool first = ++builds == 1;
+  withTrees([&](auto& of) {
+    for (int kind = 0; kind < kinds; ++kind) {
+      of[kind].build(boxes[kind], threads);
+      if (!first) continue;
+      of[kind].releaseScratch();
+      boxes[kind] = BoxSet();
+    }
+  });
   setUpToDate(geoms.size());
   built = true;
 }
@@ -98,16 +123,24 @@ void GeomTree::Tree::setUpToDate(std::size_t slots_now) {
 }
 
 // False once there are more rows of strays than that: the tree is then to be built anew.
-bool GeomTree::Tree::refresh(const Geoms& geoms, Takes takes, double most_rows) {
+bool GeomTree::Tree::refresh(const Geoms& geoms, IsBounded is_bounded, double most_rows) {
   const std::size_t places = all_changed ? std::max(geoms.size(), slots) : changed.size();
-  const bool few = withTree([&](auto& tree) {
+  const auto slotAt = [&](std::size_t i) { return all_changed ? i : changed[i]; };
+  const bool few = withTrees([&](auto& of) {
+    using Real = RealOf<decltype(of[0])>;
     for (std::size_t i = 0; i < places; ++i) {
-      const std::size_t slot = all_changed ? i : changed[i];
-      if (all_changed) prefetchAhead(geoms, slot);
+      if (i + prefetch_distance < places)
+        if (const dxGeom* const later = geomAt(geoms, slotAt(i + prefetch_distance))) {
+          prefetchBounds(later);
+          of[bounded].prefetchPlace(static_cast<Slot>(slotAt(i + prefetch_distance)));
+        }
+      const std::size_t slot = slotAt(i);
+      const dxGeom* const geom = geomAt(geoms, slot);
+      const Kind kind = geom && !is_bounded(geom) ? other : bounded;
       bool coarse;
-      tree.place(static_cast<Slot>(slot),
-                 boxIn<RealOf<decltype(tree)>>(geomAt(geoms, slot), takes, coarse));
-      if (static_cast<double>(tree.strayRows()) > most_rows) return false;
+      of[kind].place(static_cast<Slot>(slot), boxOf<Real>(geom, coarse));
+      of[kinds - 1 - kind].place(static_cast<Slot>(slot), inactiveBox<Real>());
+      if (static_cast<double>(of[kind].strayRows()) > most_rows) return false;
     }
     return true;
   });
@@ -128,7 +161,8 @@ bool GeomTree::clean(const Geoms& geoms) {
 // Brings the tree up to date once that costs no more than the queries without it since a great
 // change, or as there were between the two great changes before. So queries cost, in all, a small
 // multiple of what they would if their number were known beforehand.
-bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
+bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t queries, bool must) {
+  const ScopedMode mode(exactMode());
   const double slots = static_cast<double>(geoms.size());
   if (changes_ * refresh_cost > slots) {
     last_queries_ = queries_;
@@ -137,8 +171,8 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   asked_ = true;
   idle_frames_ = 0;
   changes_ = 0;
-  queries_ += queries;
-  if (!mechanisms::query_trees || geoms.size() <= small_scene_slots) return false;
+  queries_ += static_cast<double>(queries);
+  if (!must && (!mechanisms::query_trees || geoms.size() <= small_scene_slots)) return false;
 
   const double expected = std::max(queries_, last_queries_);
   const bool is_current = tree_ && tree_->isCurrent();
@@ -147,41 +181,42 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   if (!up_to_date && tree_ && tree_->built) {
     const std::size_t changed = tree_->all_changed ? geoms.size() : tree_->changed.size();
     const double cost = static_cast<double>(changed) * refresh_cost;
-    if (cost > expected * slots) return false;
+    if (!must && cost > expected * slots) return false;
     const double most_rows =
         cost > slots ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
     if (!close()) return is_current;
     up_to_date =
-        is_cheap && mechanisms::kept_query_tree && tree_->refresh(geoms, takes_, most_rows);
+        is_cheap && mechanisms::kept_query_tree && tree_->refresh(geoms, is_bounded_, most_rows);
   }
   if (!up_to_date) {
-    if (build_cost > expected || !close()) return false;
+    if ((!must && build_cost > expected) || !close()) return false;
     if (!tree_) tree_ = std::make_unique<Tree>();
-    tree_->build(geoms, takes_, threads);
+    tree_->build(geoms, is_bounded_, threads);
     stray_rows_ = 0;
   }
   if (!is_open_.load(std::memory_order_relaxed)) is_open_.store(true, std::memory_order_release);
-  stray_rows_ += queries * static_cast<double>(
-                               tree_->withTree([](const auto& tree) { return tree.strayRows(); }));
+  stray_rows_ += static_cast<double>(queries * tree_->strayRows());
   return true;
 }
 
-void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const {
-  withTree([&](const auto& tree) {
-    found.resizeDiscarding(geoms.size() + tree.spare);
+void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found, Kind first) const {
+  found.resizeDiscarding(geoms.size() + 2 * group_size);
+  const std::size_t count = withTrees([&](const auto& of) {
     bool coarse;
-    found.resize(tree.find(boxOf<RealOf<decltype(tree)>>(geom, coarse), found.data()));
+    const auto box = boxOf<RealOf<decltype(of[0])>>(geom, coarse);
+    std::size_t count = 0;
+    for (int kind = first; kind < kinds; ++kind)
+      if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
+    return count;
   });
   // Where the boxes cannot decide, the AABBs do.
-  Slot* next = found.data();
-  for (Slot slot : found) {
-    if (slot & borderline_slot) {
-      slot &= ~borderline_slot;
-      if (!boxesOverlap(geoms[slot], geom)) continue;
-    }
-    *next++ = slot;
+  std::size_t certain = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Slot hit = found[i], slot = hit & ~borderline_slot;
+    found[certain] = slot;
+    certain += slot == hit || boxesOverlap(geoms[slot], geom);
   }
-  found.resize(next - found.data());
+  found.resize(certain);
 }
 
 }  // namespace ode_parallel_sap

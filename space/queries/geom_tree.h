@@ -1,11 +1,12 @@
-// A QueryTree over geoms of a space that is kept where queries come often enough to pay for it.
-// Sees ODE's private headers.
+// The trees over the geoms of a space, which pairs of few geoms, queries and rays walk. Sees ODE's
+// private headers.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "space/base/buffer.h"
 #include "space/base/tuning.h"
@@ -15,7 +16,9 @@ struct dxGeom;
 
 namespace ode_parallel_sap {
 
-// Whether there is a tree only counts decide, of geoms that changed and of queries, never times.
+// QueryTrees that are kept where queries come often enough to pay for them: what the AABB of a
+// changed geom meets in a frame is a query, too. Whether there are trees only counts decide, of
+// geoms that changed and of queries, never times.
 //
 // What is kept is valid because the space reports which slots have changed: changed() for every
 // geom that is added, is removed or becomes dirty, reset() where slots are numbered anew. Nothing
@@ -30,10 +33,12 @@ namespace ode_parallel_sap {
 class GeomTree {
  public:
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
-  using Takes = bool (*)(const dxGeom*);
+  // Rays meet geoms of the first kind along their way, of the other one by their boxes.
+  enum Kind { bounded, other, kinds };
+  using IsBounded = bool (*)(const dxGeom*);
 
-  // Holds the geoms that `takes` is true for, whose result changes with a geom's AABB only, or all.
-  explicit GeomTree(Takes takes = nullptr) : takes_(takes) {}
+  // What `is_bounded` tells of a geom changes with its AABB only.
+  explicit GeomTree(IsBounded is_bounded) : is_bounded_(is_bounded) {}
 
   void changed(std::size_t slot) {
     if (!asked_) return;
@@ -70,20 +75,26 @@ class GeomTree {
     bool may_read_;
   };
 
-  // Makes the tree ready for so many queries more. False where they cost less without one, or
-  // others read it. All AABBs are up to date. Needs exactMode(). Throws std::bad_alloc.
-  bool bringUpToDate(const Geoms& geoms, int threads, double queries = 1);
+  // Makes the tree ready for so many queries more. False where others read it, or, unless they
+  // `must` go by it, where they cost less without one. All AABBs are up to date. Throws
+  // std::bad_alloc.
+  bool bringUpToDate(const Geoms& geoms, int threads, std::size_t queries = 1, bool must = false);
 
-  // Calls work(tree) with the QueryTree, of floats or doubles, that is up to date.
+  // Calls work(trees) with the QueryTrees of both kinds, of floats or doubles.
   template <class Work>
-  auto withTree(Work work) const {
+  auto withTrees(Work work) const {
     return tree_->is_wide ? work(tree_->wide) : work(tree_->narrow);
   }
 
-  // Leaves in `found` the slots of the geoms whose AABBs overlap that of `geom`, each once, in no
-  // order. The tree is up to date. Needs exactMode(); may run on many threads at once. Throws
-  // std::bad_alloc.
-  void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const;
+  // Leaves in `found` the slots of the geoms, from the first kind on, whose AABBs overlap that of
+  // `geom`, each once, in no order. The tree is up to date. Needs exactMode(); may run on many
+  // threads at once. Throws std::bad_alloc.
+  void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found,
+            Kind first = bounded) const;
+
+  std::uint32_t placeOf(Slot slot) const {
+    return withTrees([=](const auto& of) { return of[bounded].placeOf(slot); });
+  }
 
   // A frame went by: a tree that no query used in many of them is given back. Whether it was.
   bool noteFrame() {
@@ -106,21 +117,25 @@ class GeomTree {
     Buffer<Slot> changed;   // since the tree was up to date, unless all_changed; some twice
     std::size_t slots = 0;  // when the tree was up to date
     unsigned builds = 0;
-    BoxSet boxes;  // of the last build
-    QueryTree<float> narrow;
-    QueryTree<double> wide;
+    BoxSet boxes[kinds];               // of the last build
+    std::vector<Buffer<Slot>> others;  // of the second kind, one a thread
+    QueryTree<float> narrow[kinds];
+    QueryTree<double> wide[kinds];
 
     template <class Work>
-    auto withTree(Work work) {
+    auto withTrees(Work work) {
       return is_wide ? work(wide) : work(narrow);
     }
     template <class Real>
-    std::size_t pack(const Geoms& geoms, Takes takes, Buffer<BasicBox<Real>>& into);
-    void build(const Geoms& geoms, Takes takes, int threads);
-    bool refresh(const Geoms& geoms, Takes takes, double most_rows);
+    std::size_t pack(const Geoms& geoms, IsBounded is_bounded, int threads);
+    void build(const Geoms& geoms, IsBounded is_bounded, int threads);
+    bool refresh(const Geoms& geoms, IsBounded is_bounded, double most_rows);
     void setUpToDate(std::size_t slots);
+    std::size_t strayRows() {
+      return withTrees([](auto& of) { return of[bounded].strayRows() + of[other].strayRows(); });
+    }
     bool isCurrent() const { return built && !all_changed && changed.size() == 0; }
-    std::size_t bytes() const { return bytesOf(changed, boxes, narrow, wide); }
+    std::size_t bytes() const { return bytesOf(changed, boxes, others, narrow, wide); }
   };
 
   // Before the tree is changed: false where others read it. They count themselves first, and see
@@ -132,7 +147,7 @@ class GeomTree {
     return closed;
   }
 
-  const Takes takes_;
+  const IsBounded is_bounded_;
   std::unique_ptr<Tree> tree_;
   mutable std::atomic<int> readers_{0};
   std::atomic<bool> is_open_{false};
@@ -143,10 +158,5 @@ class GeomTree {
   double last_queries_ = 0;  // between the two great changes before
   double stray_rows_ = 0;    // gone through by all queries since the tree was built
 };
-
-// The box of a geom's AABB, all NaN where it takes part in nothing. `coarse`: floats make it
-// clearly larger.
-template <class Real>
-BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse);
 
 }  // namespace ode_parallel_sap

@@ -3,21 +3,10 @@
 #include <algorithm>
 
 #include "space/base/floating_point.h"
-#include "space/base/mechanisms.h"
-#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-template <class Real>
-bool contains(const BasicBox<Real>& bounds, const BasicBox<Real>& box) {
-  bool inside = true;
-  for (int axis = 0; axis < 3; ++axis)
-    inside =
-        inside && bounds.lower[axis] <= box.lower[axis] && box.upper[axis] <= bounds.upper[axis];
-  return inside;
-}
 
 template <class Real>
 void put(Group<Real>& group, int lane, const BasicBox<Real>& box) {
@@ -40,7 +29,6 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   std::fill(places_.begin(), places_.end(), nowhere);
   const CellBoxes of = order_.boxesOfCells();
   trees_.build(boxes, of, order_.classes(), threads);
-  if (mechanisms::wide_query_cells) trees_.widen(static_cast<Real>(cell_margin));
   for (std::size_t cell = 0; cell < cells(); ++cell)
     for (std::uint32_t i = of.starts[cell]; i < of.starts[cell + 1]; ++i)
       places_[of.order[i]] = static_cast<std::uint32_t>(cell * group_size + (i - of.starts[cell]));
@@ -52,10 +40,7 @@ void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
   places_.growTo(slot + std::size_t{1}, nowhere);
   std::uint32_t place = places_[slot];
   if (place < cells() * group_size) {
-    const std::size_t cell = place / group_size;
-    const bool stays = contains(trees_.boundsOf(cell), box);
-    trees_.setBox(cell, place % group_size, stays ? box : inactiveBox<Real>());
-    if (stays) return;
+    if (trees_.setBox(place / group_size, place % group_size, box)) return;
     places_[slot] = place = nowhere;
   }
   if (place == nowhere) {

@@ -13,11 +13,10 @@
 namespace ode_parallel_sap {
 
 // The boxes are cut into cells by size and place (CellOrder), with a tree of bounds over the cells
-// of each class (CellTrees); the bounds of the cells are wider than their boxes. A box that moves
-// within them is written where it is. One that leaves them becomes a stray: it is taken out of its
-// cell and put into a list that every query goes through, sixteen boxes at a time. So the tree's
-// bounds never change, and a query's cost is that of the tree as built plus the strays, whose
-// number decides when to build anew.
+// of each class (CellTrees). A box that moves is written where it is, and the bounds above it grow.
+// One that goes far becomes a stray: it is taken out of its cell and put into a list that every
+// query goes through, sixteen boxes at a time. So a query's cost is about that of the tree as built
+// plus the strays, whose number decides when to build anew.
 template <class Real>
 class QueryTree {
  public:
@@ -28,12 +27,15 @@ class QueryTree {
   // The slot's box from now on, whether it had one or not; an inactive one takes it out. Needs
   // exactMode().
   void place(Slot slot, const BasicBox<Real>& box);
+  // Asks for what place() changes.
+  void prefetchPlace(Slot slot) const {
+    if (placeOf(slot) < cells() * group_size) trees_.prefetchCell(placeOf(slot) / group_size);
+  }
 
   // Writes the slots of all boxes that overlap `box` (closed intervals), each once, in no order,
-  // and returns their number. `found` has room for as many as there may be, and for `spare` more.
-  // Needs exactMode().
+  // and returns their number. `found` has room for most(). Needs exactMode().
   std::size_t find(const BasicBox<Real>& box, Slot* found) const;
-  static constexpr std::size_t spare = group_size;
+  std::size_t most() const { return places_.size() + group_size; }
 
   // Calls visit(slot) for all boxes that the ray meets for a t from 0 to `limit`, each once, and
   // perhaps for others; nearer ones mostly come first. Boxes beyond a limit that visit() has
@@ -41,6 +43,7 @@ class QueryTree {
   template <class Visit>
   void visitAlong(const RayQuery<Real>& ray, Real& limit, Visit visit) const;
 
+  std::uint32_t placeOf(Slot slot) const { return slot < places_.size() ? places_[slot] : nowhere; }
   bool holdsNone() const { return cells() == 0 && strayRows() == 0; }
   // Rows of sixteen strays that each query goes through.
   std::size_t strayRows() const { return stray_boxes_.size(); }

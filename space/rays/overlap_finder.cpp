@@ -22,13 +22,12 @@ constexpr int nobody = -1;  // no thread
 
 // A batch on its way.
 struct Pass {
-  const GeomQueries& queries;
   const Scene& scene;
   const PackRules& rules;
   const OverlapRequest& request;
   const OverlapWay& way;
   OverlapLists& lists;
-  const bool by_tree;
+  const GeomTree* const tree;  // or null
   const FloatingPointMode programs_mode = currentMode();
 
   void run() {
@@ -64,7 +63,7 @@ struct Pass {
     if (block.thread == nobody || hasNaN(probe.geom)) return;
     {
       const ScopedMode exact(exactMode());
-      queries.findBy(by_tree, scene.slots, probe.geom, rules, share.query);
+      findHits(tree, scene.slots, probe.geom, rules, share.query);
       for (dxGeom* const geom : share.query.hits)
         if (!add(probe, geom, Slots::slotOf(geom), alone, share)) block.thread = nobody;
     }
@@ -165,22 +164,24 @@ std::size_t report(const Scene& scene, const OverlapRequest& request, const Over
 
 }  // namespace
 
-std::size_t findOverlaps(const Scene& scene, GeomQueries& queries, const PackRules& rules,
+std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& rules,
                          const OverlapRequest& request, const OverlapWay& way,
                          OverlapLists& lists) {
   const auto run = [&](bool by_tree) {
-    Pass{queries, scene, rules, request, way, lists, by_tree}.run();
+    Pass{scene, rules, request, way, lists, by_tree ? &tree : nullptr}.run();
   };
   try {
-    if (way.guest)
-      run(way.trees && queries.read().mayRead());
-    else
-      run(way.trees && queries.prepare(scene.slots, way.threads, request.count));
+    if (way.guest) {
+      const GeomTree::Reader reader(tree);
+      run(way.trees && reader.mayRead());
+    } else {
+      run(way.trees && tree.bringUpToDate(scene.slots, way.threads, request.count));
+    }
   } catch (const std::bad_alloc&) {
     lists = OverlapLists();
     if (!way.trees)
       return dDebug(0, "parallel SAP space: no memory for the overlaps of one probe"), 0;
-    if (!way.guest) queries.release();
+    if (!way.guest) tree.release();
     std::size_t all = 0;
     for (std::size_t i = 0; i < request.count; ++i) {
       OverlapRequest one = request;
@@ -190,7 +191,7 @@ std::size_t findOverlaps(const Scene& scene, GeomQueries& queries, const PackRul
       OverlapWay alone = way;
       alone.threads = 1;
       alone.trees = false;
-      all += findOverlaps(scene, queries, rules, one, alone, lists);
+      all += findOverlaps(scene, tree, rules, one, alone, lists);
       lists = OverlapLists();
     }
     return all;

@@ -68,7 +68,7 @@ struct OverlapWay {
 // narrow phase, and reports the contacts; where there is no memory for it, probe by probe. Probes
 // whose AABB, or AABBTest, other threads may not ask for are left to the calling thread. All AABBs
 // of the scene are up to date, and no other batch uses `lists`. Returns the sum of all `touched`.
-std::size_t findOverlaps(const Scene& scene, GeomQueries& queries, const PackRules& rules,
+std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& rules,
                          const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists);
 
 }  // namespace ode_parallel_sap

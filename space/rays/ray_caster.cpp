@@ -25,6 +25,7 @@ Region casting("rays: rays"), colliding_on_images("rays: geoms on images");
 using Waiting = RayLists::Waiting;
 using Block = RayLists::Block;
 using Share = RayLists::Share;
+using Geoms = GeomTree::Geoms;
 
 // The distance of hits decides, then where the geoms stand. NaN is farther than all else.
 bool isNearer(const RayFound& a, const RayFound& b) {
@@ -118,17 +119,15 @@ class RayProbe {
   Buffer<dContactGeom> contacts_;
 };
 
-}  // namespace
-
 // A batch on its way.
-class RayCaster::Pass {
+class Pass {
  public:
-  Pass(const RayCaster& caster, const Geoms& geoms, const RayRequest& request, RayLists& store)
-      : caster_(caster), geoms_(geoms), request_(request), store_(store) {}
+  // `tree` is up to date, or null.
+  Pass(const GeomTree* tree, const Geoms& geoms, const RayRequest& request, RayLists& store)
+      : tree_(tree), geoms_(geoms), request_(request), store_(store) {}
 
   // Nothing after it needs memory.
-  void run(const Way& way, bool trees) {
-    trees_ = trees;
+  void run(const RayWay& way) {
     const std::size_t team = static_cast<std::size_t>(way.threads);
     // The nearest of a mesh's triangles is what ODE looks for only then.
     const int flags = request_.flags | (request_.nearest ? dParallelSAPRayClosestHit : 0);
@@ -156,7 +155,7 @@ class RayCaster::Pass {
     std::size_t first_found;  // of the share
   };
 
-  void castAll(const Way& way) {
+  void castAll(const RayWay& way) {
     constexpr std::size_t most = grains::cast_rays.work / 4;
     const int team = teamFor(request_.count, grains::cast_rays, way.threads);
     const std::size_t chunk = chunkOf(request_.count, most, team);
@@ -168,7 +167,7 @@ class RayCaster::Pass {
   }
 
   // On images, and then in the order of rays what these do not serve.
-  void collideWaiting(const Way& way) {
+  void collideWaiting(const RayWay& way) {
     Buffer<Waiting>& waiting = store_.waiting;
     gather(store_.shares, &Share::waiting, waiting);
     for (Share& share : store_.shares) share.waiting.resizeDiscarding(0);
@@ -206,12 +205,10 @@ class RayCaster::Pass {
     Flight flight = {ray, probe, share, alone, asked.length, block.first};
     {
       const ScopedMode exact(exactMode());
-      if (trees_) {
-        meetBounded(flight);
-        meetOthers(flight, caster_.others_);
-      } else {
+      if (tree_)
+        meetTree(flight);
+      else
         meetAll(flight);
-      }
     }
     block.count = static_cast<std::uint32_t>(share.found.size() - block.first);
     std::sort(share.found.begin() + block.first, share.found.end(), isNearer);
@@ -225,29 +222,26 @@ class RayCaster::Pass {
     }
   }
 
-  void meetBounded(Flight& flight) const {
+  void meetTree(Flight& flight) const {
     dReal direction[3];
     flight.probe.direction(direction);
     const dReal* const origin = flight.probe.origin();
-    if (!isUsualRay(origin, direction)) {
-      meetOthers(flight, caster_.bounded_);
-      return;
-    }
-    caster_.bounded_.withTree([&](const auto& tree) {
-      using Real = typename std::remove_reference<decltype(tree)>::type::RealType;
+    if (!isUsualRay(origin, direction)) return meetByBox(flight, GeomTree::bounded);
+    tree_->withTrees([&](const auto& of) {
+      using Real = typename std::remove_reference_t<decltype(of[0])>::RealType;
       Real limit = limitFor<Real>(flight.reach);
-      tree.visitAlong(rayQuery<Real>(origin, direction), limit, [&](Slot slot) {
+      of[GeomTree::bounded].visitAlong(rayQuery<Real>(origin, direction), limit, [&](Slot slot) {
         meet(flight, geoms_[slot], {slot, 0});
         limit = limitFor<Real>(flight.reach);
       });
     });
+    meetByBox(flight, GeomTree::other);
   }
 
-  // Those that its box overlaps.
-  void meetOthers(Flight& flight, const GeomTree& of) const {
-    if (of.withTree([](const auto& tree) { return tree.holdsNone(); })) return;
+  // Those of a kind and of the next ones that its box overlaps.
+  void meetByBox(Flight& flight, GeomTree::Kind first) const {
     Buffer<Slot>& slots = flight.share.slots;
-    of.find(geoms_, flight.probe.geom(), slots);
+    tree_->find(geoms_, flight.probe.geom(), slots, first);
     for (const Slot slot : slots) meet(flight, geoms_[slot], {slot, 0});
   }
 
@@ -309,16 +303,13 @@ class RayCaster::Pass {
                     hitOf(pair.geom, probe.contact(i))});
   }
 
-  const RayCaster& caster_;
+  const GeomTree* const tree_;
   const Geoms& geoms_;
   const RayRequest& request_;
   RayLists& store_;
   std::deque<RayProbe> probes_;  // by thread
   const FloatingPointMode mode_ = currentMode();
-  bool trees_ = false;
 };
-
-namespace {
 
 // Needs no pass: a callback may leave it by longjmp.
 std::size_t report(const Scene& scene, const RayRequest& request, RayLists& store) {
@@ -354,40 +345,30 @@ std::size_t report(const Scene& scene, const RayRequest& request, RayLists& stor
 
 }  // namespace
 
-RayCaster::RayCaster()
-    : bounded_(hasBoundedHits), others_([](const dxGeom* geom) { return !hasBoundedHits(geom); }) {}
-
-// Whether there are trees.
-bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way& way) {
-  if (!way.trees) return false;
-  const ScopedMode mode(exactMode());
-  const double queries = static_cast<double>(request.count);
-  const bool bounded = bounded_.bringUpToDate(geoms, way.threads, queries);
-  return others_.bringUpToDate(geoms, way.threads, queries) && bounded;
-}
-
-std::size_t RayCaster::cast(const Scene& scene, const RayRequest& request, const Way& way,
-                            RayLists& lists) {
+std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& request,
+                     const RayWay& way, RayLists& lists) {
   if (request.count == 0) return 0;
   try {
-    Pass pass(*this, scene.slots, request, lists);
+    const auto run = [&](bool by_tree) {
+      Pass(by_tree ? &tree : nullptr, scene.slots, request, lists).run(way);
+    };
     if (way.guest) {
-      const GeomTree::Reader bounded(bounded_), others(others_);
-      pass.run(way, way.trees && bounded.mayRead() && others.mayRead());
+      const GeomTree::Reader reader(tree);
+      run(way.trees && reader.mayRead());
     } else {
-      pass.run(way, prepare(scene.slots, request, way));
+      run(way.trees && tree.bringUpToDate(scene.slots, way.threads, request.count));
     }
   } catch (const std::bad_alloc&) {
     lists = RayLists();
     if (!way.trees) return dDebug(0, "parallel SAP space: no memory for the hits of one ray"), 0;
-    if (!way.guest) release();
+    if (!way.guest) tree.release();
     std::size_t hits = 0;
     for (std::size_t ray = 0; ray < request.count; ++ray) {
       RayRequest one = request;
       one.count = 1;
       one.first += ray;
       if (one.nearest) one.nearest += ray;
-      hits += cast(scene, one, {1, false, false, way.guest}, lists);
+      hits += castRays(scene, tree, one, {1, false, false, way.guest}, lists);
       lists = RayLists();
     }
     return hits;

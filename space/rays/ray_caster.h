@@ -85,63 +85,26 @@ struct RayRequest {
   }
 };
 
-// Where rays come often enough, keeps a tree of the geoms whose colliders are known to find hits
-// near their boxes only (ray_bounds.h), through which each ray goes in the order of distance, no
-// farther than its nearest hit so far; and one of all others, of which each ray meets those that
-// its own box overlaps, whatever it has hit. Where there are no trees, rays meet geom by geom.
+struct RayWay {
+  int threads;          // the most
+  bool manual_cleanup;  // the threads leave no data in ODE
+  bool trees = true;    // where they pay
+  bool guest = false;   // it changes nothing but its lists
+};
+
+// Casts the rays and reports what they hit; where there is no memory for it, one by one. All AABBs
+// are up to date, and no other batch uses `lists`. Returns the number of rays that hit something,
+// or of all hits.
+//
+// Where there is a tree, each ray goes in the order of distance through the geoms whose colliders
+// are known to find hits near their boxes only (ray_bounds.h), no farther than its nearest hit so
+// far; of all others it meets those that its own box overlaps, whatever it has hit. Without one it
+// meets geom by geom.
 //
 // Rays go to a team's threads. What not every thread may collide waits until all are done: then
 // for threads with an image of ODE, and at last for the calling thread (collider_threads.h). Hits
 // are put in order, so that who found them does not matter.
-class RayCaster {
- public:
-  using Geoms = GeomTree::Geoms;
-  struct Way {
-    int threads;          // the most
-    bool manual_cleanup;  // the threads leave no data in ODE
-    bool trees = true;    // where they pay
-    bool guest = false;   // it changes nothing but its lists
-  };
-
-  RayCaster();
-  RayCaster(const RayCaster&) = delete;
-  RayCaster& operator=(const RayCaster&) = delete;
-
-  void changed(std::size_t slot) {
-    bounded_.changed(slot);
-    others_.changed(slot);
-  }
-  void reset() {
-    bounded_.reset();
-    others_.reset();
-  }
-  // As of the trees.
-  bool clean(const Geoms& geoms) { return bounded_.clean(geoms); }
-  // Whether it gave back what it holds.
-  bool noteFrame() {
-    const bool bounded = bounded_.noteFrame(), others = others_.noteFrame();
-    if (bounded || others) release();
-    return bounded || others;
-  }
-
-  // Casts the rays and reports what they hit; where there is no memory for it, one by one. All
-  // AABBs are up to date, and no other batch uses `lists`. Returns the number of rays that hit
-  // something, or of all hits.
-  std::size_t cast(const Scene& scene, const RayRequest& request, const Way& way, RayLists& lists);
-
-  // Gives back all that is held.
-  void release() {
-    bounded_.release();
-    others_.release();
-  }
-  std::size_t bytes() const { return bytesOf(bounded_, others_); }
-
- private:
-  class Pass;
-
-  bool prepare(const Geoms& geoms, const RayRequest& request, const Way& way);
-
-  GeomTree bounded_, others_;
-};
+std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& request,
+                     const RayWay& way, RayLists& lists);
 
 }  // namespace ode_parallel_sap

@@ -50,39 +50,18 @@ inline void forOverlappingCells(const TreeView<Real>& tree, const Group<Real>& b
   meet(cells, count);
 }
 
-template <class Real>
-void boxPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
-              const TreeView<Real>& tree, bool exact, PairSink& sink) {
-  for (std::size_t cell = begin; cell < end; ++cell) {
-    const Query<Real> query(queries, cell, exact);
-    for (unsigned lane = 0; lane < query.count; ++lane)
-      forOverlappingCells(tree, *query.boxes, lane, [&](std::uint32_t* cells, std::size_t count) {
-        std::uint16_t hits[gathered_nodes + group_size];
-        std::size_t hit = 0;
-        for (std::size_t i = 0; i < count; ++i) {
-          const std::uint32_t other = cells[i];
-          const unsigned mask = overlaps(*query.boxes, lane, tree.levels[0][other]);
-          cells[hit] = other;
-          hits[hit] = static_cast<std::uint16_t>(mask);
-          hit += mask != 0;
-        }
-        makeRoom(sink, hit * group_size);
-        for (std::size_t i = 0; i < hit; ++i) writeHits(query, lane, hits[i], tree, cells[i], sink);
-      });
-  }
-}
-
 // A box that meets cells, and where the slots of the boxes that it overlaps go.
 template <class Real>
 struct Finder {
   const Group<Real>& box;
   std::uint32_t* next;
 
-  void meet(const Group<Real>& boxes) {
+  inline void meet(const Group<Real>& boxes) {
     const Sixteen<Real> sixteen = sixteenOf(boxes);
     const unsigned hits = sixteen.overlapping(box, 0);
+    if (!hits) return;
     Lanes::compress(boxes.slot, hits, next);
-    const unsigned borderline = hits ? borderlineOf(sixteen, box, 0, hits) : 0;
+    const unsigned borderline = borderlineOf(sixteen, box, 0, hits);
     if (borderline) markBorderline(next, hits, borderline);
     next += __builtin_popcount(hits);
   }

@@ -163,10 +163,6 @@ struct Kernels {
                      std::size_t end, Group<Real>* parents);
   // Finds the rows of all boxes of some cells.
   void (*findRows)(const RowSearch<Real>& search, RowSpace<Real>& space);
-  // Pairs between the cells [begin, end) of `queries` and all cells of `tree`, by walking the tree
-  // with each box by itself: for few boxes, far from each other.
-  void (*boxPairs)(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
-                   const TreeView<Real>& tree, bool exact, PairSink& sink);
   // Brute force over cells that hold places 0, 1, 2, ... sixteen by sixteen: the pairs (row,
   // column), row < column < places, from (first_row, first_column) up to but not including
   // (last_row, last_column), row by row. Ascending.

@@ -130,9 +130,9 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>,     packBounds<Real>, findRows<Real>,    boxPairs<Real>,
-          trianglePairs<Real>, findInTree<Real>, findInCells<Real>, meetHalfSpaces<Real>,
-          boxesApart<Real>,    meetRay<Real>};
+  return {packCells<Real>,      packBounds<Real>, findRows<Real>,
+          trianglePairs<Real>,  findInTree<Real>, findInCells<Real>,
+          meetHalfSpaces<Real>, boxesApart<Real>, meetRay<Real>};
 }
 
 constexpr KernelSet kernel_set = {Lanes::name,  kernelsFor<float>(), kernelsFor<double>(),

@@ -28,17 +28,16 @@ PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file
 HEADER = "space/base/mechanisms.h"
 # Where each mechanism runs: a file, the beginning of a line, and the condition under which that counts.
 RUNS = {
-    "kept_pairs": ("frame/frame.cpp", "    renew(frame, update);", "true"),
-    "incremental_trees": ("cache/pair_cache.cpp", "  return trees.find(boxes, changed,", "true"),
+    "kept_pairs": ("frame/frame.cpp", "  frame.stats.kept = counts.kept;", "true"),
+    "incremental_trees": ("cache/pair_cache.cpp", "  counts.kept = merge_.replace(", "true"),
     "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "cache_.fat().kept() > 0"),
     "kept_cells": ("pairs/cell_coherence.cpp", "    if (++reuses_ > 1)", "true"),
     "still_small_scenes": ("frame/small_scenes.cpp", "  found_.recalled = is_still_", "true"),
     "small_scenes": ("frame/frame.cpp", "  return small_scenes_.collide(", "true"),
     "box_classes": ("pairs/box_classes.cpp", "  classes_.clear();",
                     "std::count(most_short_, most_short_ + 3, std::numeric_limits<Real>::max()) < 3"),
-    "query_trees": ("queries/geom_tree.cpp", "  stray_rows_ += queries", "true"),
+    "query_trees": ("queries/geom_tree.cpp", "  stray_rows_ += static_cast", "!must"),
     "kept_query_tree": ("queries/geom_tree.cpp", "  if (few) setUpToDate(", "few && places > 0"),
-    "wide_query_cells": ("queries/query_tree.cpp", "    if (stays) return;", "stays"),
 }
 # Into the header of a library that counts: how often each ran, written where the environment says at the end.
 COUNTERS = """

@@ -115,8 +115,8 @@ TEST_CASE("The memory of queries goes when there are none any more", "[memory]")
   World world(space), twins(twin);
   for (World* const each : {&world, &twins}) each->addBoxes(denseCube(3000, seedOr(321)));
   const dGeomID probe = dCreateSphere(nullptr, 1);
-  play(space, world.geoms(), 40);
-  play(twin, twins.geoms(), 40);
+  collide(space);
+  collide(twin);
   const std::size_t without = statsOf(space).memory_bytes;
   for (int i = 0; i < 100; ++i) collide2(space, probe);
   const std::size_t with = statsOf(space).memory_bytes;

@@ -1,0 +1,78 @@
+// The pairs of few boxes with all others, found box by box.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/base/packed_pair_rule.h"
+#include "space/base/pair_list.h"
+#include "space/base/parallel.h"
+#include "space/base/slot_set.h"
+#include "space/base/tuning.h"
+#include "space/pairs/radix_sort.h"
+#include "space/simd/kernels.h"
+
+namespace ode_parallel_sap {
+
+inline Region meeting_changed("changed pairs: boxes");
+
+class ChangedPairs {
+ public:
+  // Leaves in found(), ascending, the pairs of active `boxes` that one of the slots `changed` is in
+  // and that pass the filters. `set` has all of these, and none that is there but them.
+  // meet(slot, hits) leaves in `hits` the slots, bits beside them, whose boxes overlap that of a
+  // slot, which may be among them, as may be some that are gone, and unless `all_active` some that
+  // are inactive. It is called on up to so many threads. Returns the number used.
+  template <class Meet, class PlaceOf>
+  int find(const BoxSet& boxes, bool all_active, const Buffer<Slot>& changed, const SlotSet& set,
+           int threads, PlaceOf placeOf, Meet meet) {
+    const std::size_t count = changed.size();
+    workspace_.resizeDiscarding(2 * count);
+    for (std::size_t i = 0; i < count; ++i)
+      workspace_[i] = std::uint64_t{placeOf(changed[i])} << 32 | changed[i];
+    radixSort(workspace_.data(), workspace_.data() + count, count, 36, 28, threads);
+    const int team = teamFor(count, grains::changed_boxes, threads);
+    clearForTeam(parts_, team);
+    hits_.resize(std::max(hits_.size(), static_cast<std::size_t>(team)));
+    const int used = runChunks(
+        meeting_changed, team, count, chunkOf(count, changed_chunk, team),
+        [&](const Range& range, int thread) {
+          for (std::size_t i = range.begin; i < range.end; ++i)
+            if (const Slot slot = static_cast<Slot>(workspace_[i]); isActive(boxes, slot)) {
+              meet(slot, hits_[thread]);
+              addPairs(boxes, all_active, slot, set, hits_[thread], parts_[thread]);
+            }
+        });
+    sortPairs(parts_, boxes.size, threads, workspace_, found_);
+    return used;
+  }
+  PairList& found() { return found_; }
+  std::size_t bytes() const { return bytesOf(parts_, hits_, workspace_, found_); }
+
+ private:
+  static bool isActive(const BoxSet& boxes, Slot slot) {
+    return boxes.wide ? ode_parallel_sap::isActive(boxes.wide_boxes[slot])
+                      : ode_parallel_sap::isActive(boxes.boxes[slot]);
+  }
+  // A pair of two changed ones is that of the later one.
+  static void addPairs(const BoxSet& boxes, bool all_active, Slot slot, const SlotSet& set,
+                       const Buffer<Slot>& hits, Buffer<Pair>& pairs) {
+    for (Slot hit : hits) {
+      hit &= ~borderline_slot;
+      if (hit >= boxes.size || hit == slot || (hit > slot && set.contains(hit)) ||
+          !(all_active || isActive(boxes, hit)) || !passesFilters(boxes, slot, hit))
+        continue;
+      pairs.push_back(hit < slot ? makePair(hit, slot) : makePair(slot, hit));
+    }
+  }
+
+  std::vector<Buffer<Pair>> parts_;  // one a thread, as are the next
+  std::vector<Buffer<Slot>> hits_;
+  Buffer<std::uint64_t> workspace_;
+  PairList found_;
+};
+
+}  // namespace ode_parallel_sap
