@@ -12,7 +12,7 @@
 namespace scene {
 namespace {
 
-constexpr int width = 800, height = 600;
+constexpr int width = 800, height = 450;
 constexpr float scale = 0.5F;  // drawstuff's world ends at 100
 constexpr int shown_robot = 7;
 const Warehouse* drawn;
