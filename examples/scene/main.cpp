@@ -8,9 +8,6 @@
 #include <optional>
 
 #include "warehouse.h"
-#ifdef SCENE_TEXTURES
-#include "picture.h"
-#endif
 
 namespace scene {
 namespace {
@@ -124,8 +121,7 @@ bool run(const Options& options) {
   Table table(options);
   Plan plan = options.plan;
   plan.ways = {};
-  const bool is_stock = plan.space != "parallel-sap";
-  if (is_stock && !table.add(plan.space, plan)) return false;
+  if (plan.space != "parallel-sap" && !table.add(plan.space, plan)) return false;
   plan.space = "parallel-sap";
   if (!table.add("the one line", plan)) return false;
   Ways most;

@@ -1,5 +1,3 @@
-#include "picture.h"
-
 #include <drawstuff/drawstuff.h>
 #include <internal.h>
 
@@ -8,6 +6,7 @@
 
 #include "../pile/view/offscreen.h"
 #include "../pile/view/picture.h"
+#include "warehouse.h"
 
 namespace scene {
 namespace {
@@ -56,10 +55,7 @@ void drawFrame(int) {
     const dReal* const at = dGeomGetPosition(probe.geom);
     const dReal spot[] = {at[0], at[1], dReal(0.02)},
                 size[] = {dReal(0.2), dReal(0.2), dReal(0.02)};
-    if (probe.touched)
-      dsSetColor(0.9F, 0, 0);
-    else
-      dsSetColor(0, 0.7F, 0.2F);
+    dsSetColor(probe.touched ? 0.9F : 0, probe.touched ? 0 : 0.7F, 0);
     constexpr float unturned[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     dsDrawBox(place(spot).data(), unturned, place(size).data());
   }

@@ -171,11 +171,11 @@ void Warehouse::addRobots() {
     }
   }
   for (int i = 0; i < ray_count; ++i) {
-    const double angle = i * (2 * M_PI / 360);
+    const double angle = i * (2 * M_PI / 360), up = 0.1 * (i % 3 - 1);
     dParallelSAPRay ray = {};
-    ray.direction[0] = real(std::cos(angle));
-    ray.direction[1] = real(std::sin(angle));
-    ray.direction[2] = real(0.1 * (i % 3 - 1));
+    ray.direction[0] = real(std::cos(up) * std::cos(angle));
+    ray.direction[1] = real(std::cos(up) * std::sin(angle));
+    ray.direction[2] = real(std::sin(up));
     ray.length = real(lidar_range);
     ray.ignore = robots_[static_cast<std::size_t>(i * robot_count / ray_count)];
     rays_.push_back(ray);

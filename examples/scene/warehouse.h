@@ -115,6 +115,10 @@ class Warehouse {
   Answers answers_;
 };
 
+// Draws the last frame into a PNG file: rays up to their hits, and poses, the free ones in green.
+// Only in builds with drawstuff. Throws std::runtime_error.
+void draw(const Warehouse& warehouse, const std::string& file);
+
 }  // namespace scene
 
 #endif
