@@ -203,6 +203,21 @@ def step(directory):
     return markdown(["boxes"] + heads, lines, ["\\* than dHashSpace, than dSweepAndPruneSpace. " + machine(rows)])
 
 
+def warehouse(directory):
+    """A frame of the robots in the warehouse, on the best number of threads, and how many times faster it is than in dHashSpace."""
+    rows = read(directory, "warehouse")
+    names = {"dHashSpace": "dHashSpace", "dSweepAndPruneSpace": "dSweepAndPruneSpace", "bullet-dbvt": "Bullet's tree",
+             "embree": "Embree's tree", OURS: "the one line", OURS + ":batches": "rays and probes in batches"}
+    peers = [peer for peer in names if peer in values(rows, "peer")]
+    lines = []
+    for n in values(rows, "n"):
+        times = [best(rows, [peer], n=n)["median_ms"] for peer in peers]
+        lines.append([count(n)] + [shown(ms) for ms in times] + [shown(times[0] / ms, "×") for ms in times[-2:]])
+    heads = [names[peer] for peer in peers]
+    return markdown(["shelves; ms a frame"] + heads + ["faster*: " + head for head in heads[-2:]], lines,
+                    ["\\* than dHashSpace. " + machine(rows)])
+
+
 def interval(part, whole):
     """Scenes in 10,000 with the 95 % interval of Wilson."""
     z, share = 1.96, part / whole
@@ -239,7 +254,7 @@ def stock_spaces(directory):
 # By name: the function and the file of rows.
 TABLES = {"step": (step, "step"), "small": (small, "small"), "frames": (frames, "frames"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
-          "gpus": (gpus, "devices"),
+          "gpus": (gpus, "devices"), "warehouse": (warehouse, "warehouse"),
           "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),
           "wrong-scenes": (stock_spaces, "rows")}
 for study in ("peers", "rivals", "scaling", "collide", "blocks", "device-rivals"):
