@@ -87,8 +87,7 @@ class ParallelSAPSpace::Use {
     for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < most;
          std::this_thread::yield()) {
       std::thread::id nobody;
-      if (!space_.needs_clean_.load(std::memory_order_acquire) && space_.silent_.areClean())
-        return is_guest_ = true;
+      if (space_.isClean()) return is_guest_ = true;
       if (space_.user_.compare_exchange_strong(nobody, std::this_thread::get_id()))
         return alone_ = true;
     }
@@ -100,7 +99,7 @@ class ParallelSAPSpace::Use {
 class ParallelSAPSpace::Lock : public Use {
  public:
   explicit Lock(ParallelSAPSpace& space, Of of = change) : Use(space, of) { count(1); }
-  ~Lock() { count(-1); }
+  __attribute__((always_inline)) ~Lock() { count(-1); }
 
  private:
   void count(int one) {
@@ -114,9 +113,10 @@ class ParallelSAPSpace::Lock : public Use {
 class ParallelSAPSpace::Call : public Lock, public WorkspaceUse {
  public:
   Call(ParallelSAPSpace& space, Of of) : Call(space, of, this + 1) {}
+  __attribute__((always_inline)) ~Call() {}
 
  protected:
-  Call(ParallelSAPSpace& space, Of of, void* end)
+  __attribute__((always_inline)) Call(ParallelSAPSpace& space, Of of, void* end)
       : Lock(space, of), WorkspaceUse(is_guest_ ? nullptr : &space.workspace_, alone_, end) {
     if (!is_guest_) {
       alone_ = !nested();
@@ -265,7 +265,7 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
   if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
   needs_clean_.store(true, std::memory_order_relaxed);
   const Slot slot = Slots::slotOf(geom);
-  if (IS_SPACE(geom)) noteMayBeSilent(slot);
+  if (IS_SPACE(geom) && !parallelSAPSpace(static_cast<dxSpace*>(geom))) noteMayBeSilent(slot);
   noteChange(slot);
   if (!isLocked() || lock_count > 0) return;
   if (!IS_SPACE(geom))
@@ -311,13 +311,6 @@ void ParallelSAPSpace::closeSlots() {
   queries_.reset();
   rays_.reset();
   silent_.renumber(slots_.geoms());
-}
-
-// Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
-// of which spaces around this one are not to know.
-void ParallelSAPSpace::checkSilent() {
-  silent_.check(*this, slots_.geoms().data());
-  if (ever_swept_) updateSweptBounds();
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
@@ -479,10 +472,10 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
 }
 
 // Has the geom of a query brought up to date by the space that it is in, or is.
-void ParallelSAPSpace::updateOther(dxGeom* geom) {
+inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
   if (IS_SPACE(geom)) {
-    if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
-      other->cleanGeoms();
+    ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom));
+    if (other && (other->ever_swept_ || !other->isClean())) other->cleanGeoms();
   } else if (any_swept.load(std::memory_order_relaxed) && geom->parent_space) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space))
       other->updateSweptBoundsOf(geom);
@@ -496,6 +489,21 @@ inline void ParallelSAPSpace::reportHits(const QueryLists& lists, dxGeom* geom, 
     if (!reports_.changed() || stays(lists, hit)) callback(data, lists.hits[hit], geom);
 }
 
+// The same of few geoms, which needs no lists.
+inline void ParallelSAPSpace::reportFew(const Call& call, dxGeom* geom, void* data,
+                                        dNearCallback* callback) {
+  const Buffer<dxGeom*>& geoms = slots_.geoms();
+  std::uint32_t hits = GeomQueries::findFew(geoms, geom, settings_.rules);
+  if (!hits) return;
+  for (std::uint32_t rest = hits; rest; rest &= rest - 1)
+    if (!passesAABBTests(geoms[__builtin_ctz(rest)], geom)) hits &= ~(rest & -rest);
+  const bool within = geom->parent_space == this;
+  const Slot probe = within ? Slots::slotOf(geom) : 0;
+  const Reports::Open open(call.isGuest() ? unchanging_ : reports_);
+  for (; hits && !(within && !geoms[probe]); hits &= hits - 1)
+    if (dxGeom* const own = geoms[__builtin_ctz(hits)]) callback(data, own, geom);
+}
+
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Call call(*this, Use::query);
@@ -505,7 +513,9 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
                                  : geom->type == dRayClass                ? Statistics::ray
                                                                           : Statistics::geom;
   if (prepareQuery(call, geom)) {
-    if (call.isGuest())
+    if (slots_.size() <= GeomQueries::few_geoms)
+      reportFew(call, geom, data, callback);
+    else if (call.isGuest())
       queryAsGuest(call, geom, data, callback);
     else if (Workspace* const own = call.workspace(); own && findHits(call, geom, own->query))
       reportHits(own->query, geom, data, callback);
@@ -515,9 +525,8 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   if (timed) pipeline_.statistics().noteQuery(by, milliseconds(begin, Clock::now()));
 }
 
-// False where the geom is in no pair. Not inline, as is all that a callback need not have above it
-// on the stack.
-__attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
+// False where the geom is in no pair.
+inline bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
   if (!call.isGuest()) checkSilent();
   updateOther(geom);
   if (!call.isGuest()) cleanFew();
@@ -527,7 +536,7 @@ __attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(const Call& call, 
   return true;
 }
 
-// False without memory.
+// False without memory. Not inline, as is all that a callback need not have above it on the stack.
 __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
                                                           QueryLists& lists) {
   try {
@@ -621,8 +630,14 @@ const dParallelSAPStats& ParallelSAPSpace::stats() {
       sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_, workspace_));
 }
 
+// Mostly of the class that it was the last time, which is compared at once.
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {
-  return dynamic_cast<ParallelSAPSpace*>(space);
+  static std::atomic<const std::type_info*> last{&typeid(ParallelSAPSpace)};
+  if (space && &typeid(*space) == last.load(std::memory_order_relaxed))
+    return static_cast<ParallelSAPSpace*>(space);
+  ParallelSAPSpace* const own = dynamic_cast<ParallelSAPSpace*>(space);
+  if (own) last.store(&typeid(*own), std::memory_order_relaxed);
+  return own;
 }
 
 }  // namespace ode_parallel_sap

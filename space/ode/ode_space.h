@@ -116,16 +116,26 @@ class ParallelSAPSpace : public dxSpace {
   void closeSlots();
   void noteMayBeSilent(Slot slot);
   void noteSwept();
-  void checkSilent();
-  static void updateOther(dxGeom* geom);
+  // Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
+  // of which spaces around this one are not to know.
+  void checkSilent() {
+    silent_.check(*this, slots_.geoms().data());
+    if (ever_swept_) updateSweptBounds();
+  }
+  // Whether no geom is dirty.
+  bool isClean() const {
+    return !needs_clean_.load(std::memory_order_acquire) && silent_.areClean();
+  }
+  static inline void updateOther(dxGeom* geom);
   void updateSweptBounds();
   void updateSweptBoundsOf(dxGeom* geom);
   void cleanFew();
-  bool prepareQuery(const Call& call, dxGeom* geom);
+  inline bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
   bool stays(const QueryLists& lists, std::size_t hit) const;
   inline void reportHits(const QueryLists& lists, dxGeom* geom, void* data,
                          dNearCallback* callback);
+  inline void reportFew(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
   void queryAsGuest(const Use& use, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
   void noteMember();

@@ -18,10 +18,9 @@ bool mayBeSilent(const dxGeom* geom) {
   return geom->type == dTriMeshClass || IS_SPACE(geom);
 }
 
-// Ours read the flags themselves. A stock space that is going through its list must not put it into
-// another order.
+// A stock space that is going through its list must not put it into another order.
 void markDirty(dxSpace* space, dxGeom* geom) {
-  if (!parallelSAPSpace(space) && space->lock_count == 0) space->dirty(geom);
+  if (space->lock_count == 0 || parallelSAPSpace(space)) space->dirty(geom);
 }
 
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
@@ -63,7 +62,8 @@ void SilentGeoms::renumber(const Buffer<dxGeom*>& geoms) {
 bool SilentGeoms::anyDirty() const {
   int flags = 0;
   for (const dxGeom* mesh : meshes_) flags |= mesh->gflags;
-  for (const dxGeom* space : spaces_) flags |= space->gflags;
+  if (any_stock_)
+    for (const dxGeom* space : spaces_) flags |= space->gflags;
   if (flags & GEOM_DIRTY) return true;
   for (const Within& within : within_) flags |= within.mesh->gflags;
   return (flags & GEOM_DIRTY) != 0;
@@ -107,6 +107,7 @@ void SilentGeoms::list(dxGeom* const* geoms) {
 }
 
 void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
+  bool any = false;
   try {
     if (!isListed()) list(geoms);
     dxSpace* marked = nullptr;
@@ -117,9 +118,8 @@ void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
       if (std::exchange(marked, around) != around) makeDirty(around, true);
     }
   } catch (const std::bad_alloc&) {
-    makeDirtyAround(&space);
+    any = makeDirtyAround(&space);
   }
-  bool any = false;
   slots_.forEach([&](Slot slot) {
     if (!mayBeSilent(geoms[slot]) || !isDirty(geoms[slot])) return;
     space.dirty(geoms[slot]);

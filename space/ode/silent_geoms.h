@@ -14,10 +14,11 @@ namespace ode_parallel_sap {
 
 // dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which marks clean geoms only in
 // their spaces, then does nothing for it, nor for the spaces around it. So a space checks the flags
-// of its meshes, its sub-spaces and the meshes within these, at any depth, before it relies on what
-// it knows of them. A sub-space of ours has a list of its own, which is made anew only where
-// something in it has changed. (Where the program itself cleans or collides a stock sub-space
-// first, ODE erases the trace, and the bounds of that sub-space are stale in any space.)
+// of its meshes and of those within sub-spaces, at any depth, before it relies on what it knows of
+// them; and of sub-spaces if there are stock spaces among them. A sub-space of ours has a list of
+// its own, which is made anew only where a geom came to it or left. (Where the program itself
+// cleans or collides a stock sub-space first, ODE erases the trace, and the bounds of that
+// sub-space are stale in any space.)
 class SilentGeoms {
  public:
   // Makes room for slots below `slots`.
@@ -52,7 +53,9 @@ class SilentGeoms {
     if (!areClean()) checkAll(space, geoms);
   }
   // Whether check() would do nothing.
-  bool areClean() const { return listed_ && ((meshes_.empty() && spaces_.empty()) || !anyDirty()); }
+  bool areClean() const {
+    return listed_ && ((meshes_.empty() && within_.empty() && !any_stock_) || !anyDirty());
+  }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
   // Calls visit(mesh) for the meshes of a space, whose geoms these are, and of all spaces in it.

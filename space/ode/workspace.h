@@ -42,7 +42,13 @@ class WorkspaceUse {
  public:
   // `outermost`: of calls that are within no callback; null: it has no workspace. `alone`: all
   // other calls have ended. The call's part of the stack goes on to `end`.
-  WorkspaceUse(Workspace* outermost, bool alone, void* end);
+  WorkspaceUse(Workspace* outermost, bool alone, void* end)
+      : workspace_(outermost), nested_(false) {
+    if (alone && outermost && !outermost->inner)
+      workspace_->taken_at = reinterpret_cast<const char*>(this);
+    else
+      enter(alone, end);
+  }
   ~WorkspaceUse() {
     if (workspace_) workspace_->taken_at = nullptr;
   }
@@ -55,6 +61,8 @@ class WorkspaceUse {
   bool nested() const { return nested_; }
 
  private:
+  void enter(bool alone, void* end);
+
   Workspace* workspace_;
   bool nested_;
 };

@@ -50,16 +50,6 @@ void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, QueryLists&
   lists.marks.clear();
 }
 
-void GeomQueries::findFew(const Geoms& geoms, dxGeom* geom, const PackRules& rules,
-                          Buffer<dxGeom*>& hits) {
-  const PackRules of_queries = rules.ofQueries();
-  const PairRule rule(of_queries);
-  hits.resizeDiscarding(0);
-  for (dxGeom* const own : geoms)
-    if (own && boxesOverlap(own, geom) && isEnabled(own) && rule.mayPair(own, geom))
-      hits.push_back(own);
-}
-
 void GeomQueries::findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {
   hits.resizeDiscarding(0);
   for (std::size_t slot = 0; slot < geoms.size(); ++slot) {

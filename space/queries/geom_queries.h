@@ -2,15 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 #include "space/base/buffer.h"
 #include "space/base/floating_point.h"
 #include "space/base/slot_set.h"
-#include "space/geoms/pack_rules.h"
+#include "space/geoms/pair_rule.h"
 #include "space/queries/geom_tree.h"
-
-struct dxGeom;
 
 namespace ode_parallel_sap {
 
@@ -37,15 +36,28 @@ class GeomQueries {
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
 
+  // Are tested in one pass, without lists or a tree.
+  static constexpr std::size_t few_geoms = 16;
+  // The slots of so few that are pairs with `geom`, as find() finds them: a bit each.
+  static std::uint32_t findFew(const Geoms& geoms, dxGeom* geom, const PackRules& rules) {
+    const ScopedMode mode(exactMode());
+    std::uint32_t hits = 0, bit = 1;
+    for (dxGeom* const own : geoms) {
+      if (own && boxesOverlap(own, geom) && isEnabled(own) && filtersMatch(own, geom) &&
+          !(rules.cull_planes && areClearByPlane(own, geom)))
+        hits |= bit;
+      bit <<= 1;
+    }
+    return hits;
+  }
+
   // Puts into the hits, in ascending order of their slots, the enabled geoms that are pairs with
   // `geom` by the rules of queries, the AABBTest calls apart. All AABBs are up to date, that of
   // `geom` is without NaN. Throws std::bad_alloc where memory ends.
   void find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
             QueryLists& lists) {
     const ScopedMode mode(exactMode());
-    if (geoms.size() <= few_geoms)
-      findFew(geoms, geom, rules, lists.hits);
-    else if (threads == guest)
+    if (threads == guest)
       findBy(read().mayRead(), geoms, geom, rules, lists);
     else
       findBy(tree_.bringUpToDate(geoms, threads), geoms, geom, rules, lists);
@@ -70,13 +82,7 @@ class GeomQueries {
 
  private:
   void findByTree(const Geoms& geoms, const dxGeom* geom, QueryLists& lists) const;
-  static void findFew(const Geoms& geoms, dxGeom* geom, const PackRules& rules,
-                      Buffer<dxGeom*>& hits);
   static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
-
-  // Are tested in one pass, without a tree: queries of a robot's links took 0.85 of the
-  // instructions.
-  static constexpr std::size_t few_geoms = 16;
 
   GeomTree tree_;
 };
