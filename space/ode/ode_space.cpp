@@ -137,6 +137,8 @@ class ParallelSAPSpace::SpannedCall : public Call {
   char span_[1024];
 };
 
+const Reports ParallelSAPSpace::unchanging_{nullptr};
+
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
   type = space_class;
@@ -159,7 +161,7 @@ ParallelSAPSpace::~ParallelSAPSpace() {
 }
 
 void ParallelSAPSpace::printTotals() const {
-  const FrameSums &sums = totals(), frame = sums.average();
+  const FrameSums sums = totals(), frame = sums.average();
   if (sums.frames)
     dMessage(
         0,
@@ -251,7 +253,8 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 // A geom came or leaves: running reports are told.
 void ParallelSAPSpace::noteMember() {
   reports_.noteChange();
-  for (Workspace* each = &workspace_; each; each = each->inner.get()) each->frame.limit = nullptr;
+  for (Workspace* each = &workspace_; each; each = each->inner.get())
+    if (each->frame.large) each->frame.large->limit = nullptr;
 }
 
 // Callbacks may destroy geoms with every ODE. One with assertions forbids all other changes, as it
@@ -298,8 +301,10 @@ void ParallelSAPSpace::complainOfThreads() {
 
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
 void ParallelSAPSpace::noteChange(Slot slot) {
-  queries_.changed(slot);
-  rays_.changed(slot);
+  if (Trees* const trees = trees_.get()) {
+    trees->queries.changed(slot);
+    trees->rays.changed(slot);
+  }
   pipeline_.noteChange(slot);
 }
 
@@ -308,8 +313,10 @@ void ParallelSAPSpace::closeSlots() {
   pipeline_.closeSlots(slots_.geoms());
   swept_.closeSlots(slots_.geoms());
   slots_.close();
-  queries_.reset();
-  rays_.reset();
+  if (Trees* const trees = trees_.get()) {
+    trees->queries.reset();
+    trees->rays.reset();
+  }
   silent_.renumber(slots_.geoms());
 }
 
@@ -377,7 +384,8 @@ void ParallelSAPSpace::cleanGeoms() {
 void ParallelSAPSpace::cleanFew() {
   if (!needs_clean_) return;
   const Scene all = scene(/*nested=*/true);
-  if (queries_.clean(slots_.geoms()) || rays_.clean(slots_.geoms()))
+  Trees* const trees = trees_.get();
+  if (trees && (trees->queries.clean(slots_.geoms()) || trees->rays.clean(slots_.geoms())))
     all.noteClean();
   else
     pipeline_.clean(all, settings_);
@@ -385,24 +393,24 @@ void ParallelSAPSpace::cleanFew() {
 
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame(const Call& call) {
+  Trees* const trees = trees_.get();
   if (!call.nested()) {
     const int part = memory_watch_.noteFrame(count, last_pairs_);
     static_assert(MemoryWatch::parts == Pipeline::parts + 1, "the last part is the space's own");
     if (part == Pipeline::parts) {
       call.workspace()->release();
-      queries_.release();
-      rays_.release();
+      if (trees) trees->release();
       slots_.shrink();
       swept_.shrink();
     } else if (part != MemoryWatch::none) {
       pipeline_.release(part, call.workspace()->frame);
     }
     closeSlots();
-    if (queries_.noteFrame()) {
-      call.workspace()->query = QueryLists();
-      call.workspace()->overlaps = OverlapLists();
+    if (trees && trees->queries.noteFrame()) {
+      call.workspace()->query.reset();
+      call.workspace()->overlaps.reset();
     }
-    if (rays_.noteFrame()) call.workspace()->rays = RayLists();
+    if (trees && trees->rays.noteFrame()) call.workspace()->rays.reset();
   }
   const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
   if (notified != notify_all_calls_seen_) notify(nullptr);
@@ -416,15 +424,19 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   });
 }
 
-// The lists of the workspace, or where that is missing others. Those are on the stack of no other
-// call: a callback may need that.
-template <class Lists, class Run>
-void ParallelSAPSpace::withLists(const Call& call, Lists Workspace::*lists, Run run) {
-  const auto withOthers = [&]() __attribute__((noinline)) {
-    Lists others;
-    run(others);
+inline ParallelSAPSpace::Trees* ParallelSAPSpace::treesOf(const Use& use) {
+  return use.isGuest() ? trees_.get() : trees_.made();
+}
+
+// Without a part of its own a call has another one. That is on the stack of no other call: a
+// callback may need that.
+template <class Part, class Run>
+void ParallelSAPSpace::with(Part* own, Run run) {
+  const auto withOther = [&]() __attribute__((noinline)) {
+    Part other;
+    run(other);
   };
-  call.workspace() ? run(call.workspace()->*lists) : withOthers();
+  own ? run(*own) : withOther();
 }
 
 void ParallelSAPSpace::notifyAll() {
@@ -440,7 +452,7 @@ template <class Collide>
 void ParallelSAPSpace::runFrame(Collide collide) {
   const SpannedCall call(*this, Use::change);
   beginFrame(call);
-  withLists(call, &Workspace::frame, [&](FrameLists& lists) {
+  with(call.workspace() ? &call.workspace()->frame : nullptr, [&](FrameLists& lists) {
     last_pairs_ = collide({scene(call.nested()), lists, settings_, getManualCleanup() != 0});
   });
   if (call.nested()) return;
@@ -455,7 +467,12 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
-  runFrame([&](const FrameCall& frame) { return pipeline_.collideContacts(frame, request); });
+  runFrame([&](const FrameCall& frame) {
+    std::size_t pairs = 0;
+    with(made(frame.lists.large),
+         [&](LargeLists& lists) { pairs = pipeline_.collideContacts(frame, request, lists); });
+    return pairs;
+  });
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
@@ -517,10 +534,11 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
       reportFew(call, geom, data, callback);
     else if (call.isGuest())
       queryAsGuest(call, geom, data, callback);
-    else if (Workspace* const own = call.workspace(); own && findHits(call, geom, own->query))
-      reportHits(own->query, geom, data, callback);
+    else if (QueryLists* const own = call.lists(&Workspace::query);
+             own && findHits(call, geom, *own))
+      reportHits(*own, geom, data, callback);
     else
-      queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
+      queryOneByOne(/*guest=*/false, geom, data, callback);
   }
   if (timed) pipeline_.statistics().noteQuery(by, milliseconds(begin, Clock::now()));
 }
@@ -540,12 +558,14 @@ inline bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
 __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
                                                           QueryLists& lists) {
   try {
-    queries_.find(slots_.geoms(), geom, settings_.rules,
-                  use.isGuest() ? GeomQueries::guest : Policy::teamFor(slots_.size(), settings_),
-                  lists);
+    const int threads =
+        use.isGuest() ? GeomQueries::guest : Policy::teamFor(slots_.size(), settings_);
+    with(treesOf(use), [&](Trees& trees) {
+      trees.queries.find(slots_.geoms(), geom, settings_.rules, threads, lists);
+    });
     lists.found.resizeDiscarding(lists.hits.size());
   } catch (const std::bad_alloc&) {
-    if (!use.isGuest()) queries_.release();
+    if (Trees* const trees = trees_.get(); trees && !use.isGuest()) trees->queries.release();
     return false;
   }
   Buffer<dxGeom*>& hits = lists.hits;
@@ -575,8 +595,12 @@ __attribute__((noinline)) void ParallelSAPSpace::queryAsGuest(const Use& use, dx
   if (findHits(use, geom, lists))
     for (dxGeom* const hit : lists.hits) callback(data, hit, geom);
   else
-    queryWithoutMemory(scene(/*nested=*/true, /*guest=*/true), settings_.rules, geom, data,
-                       callback);
+    queryOneByOne(/*guest=*/true, geom, data, callback);
+}
+
+__attribute__((noinline)) void ParallelSAPSpace::queryOneByOne(bool guest, dxGeom* geom, void* data,
+                                                               dNearCallback* callback) {
+  queryWithoutMemory(scene(/*nested=*/true, guest), settings_.rules, geom, data, callback);
 }
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
@@ -591,8 +615,10 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t hits = 0;
-  withLists(call, &Workspace::rays,
-            [&](RayLists& lists) { hits = rays_.cast(all, request, way, lists); });
+  with(treesOf(call), [&](Trees& trees) {
+    with(call.lists(&Workspace::rays),
+         [&](RayLists& lists) { hits = trees.rays.cast(all, request, way, lists); });
+  });
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
 }
@@ -618,16 +644,19 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;
-  withLists(call, &Workspace::overlaps, [&](OverlapLists& lists) {
-    overlaps = ode_parallel_sap::findOverlaps(all, queries_, settings_.rules, request, way, lists);
+  with(treesOf(call), [&](Trees& trees) {
+    with(call.lists(&Workspace::overlaps), [&](OverlapLists& lists) {
+      overlaps =
+          ode_parallel_sap::findOverlaps(all, trees.queries, settings_.rules, request, way, lists);
+    });
   });
   pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));
   return overlaps;
 }
 
-const dParallelSAPStats& ParallelSAPSpace::stats() {
+dParallelSAPStats ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(
-      sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_, workspace_));
+      sizeof *this + bytesOf(slots_, silent_, swept_, trees_, pipeline_, workspace_));
 }
 
 // Mostly of the class that it was the last time, which is compared at once.

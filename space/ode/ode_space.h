@@ -74,7 +74,7 @@ class ParallelSAPSpace : public dxSpace {
   bool isFast(const dxGeom* geom) const;
 
   // Which pairs begin and end, if events are on.
-  void turnEvents(bool on) { pipeline_.events().turn(on); }
+  void turnEvents(bool on) { pipeline_.turnEvents(on); }
   const PairEvents& events() const { return pipeline_.events(); }
 
   // Whether a call of it runs, or was left by longjmp.
@@ -86,11 +86,11 @@ class ParallelSAPSpace : public dxSpace {
   const Settings& settings() const { return settings_; }
   Settings& changeSettings() { return settings_; }
   // Small scenes are timed from now on.
-  const dParallelSAPStats& stats();
+  dParallelSAPStats stats();
 
  protected:
   // The sums of all frames, if settings().print_stats.
-  const FrameSums& totals() const { return pipeline_.statistics().sums(); }
+  FrameSums totals() const { return pipeline_.statistics().sums(); }
   void setLastStage(std::unique_ptr<LastStage> stage) { pipeline_.setLastStage(std::move(stage)); }
   // Where dxHashSpace has its levels, at the beginning: without assertions ODE's
   // dHashSpaceSetLevels writes there in any space.
@@ -99,6 +99,17 @@ class ParallelSAPSpace : public dxSpace {
   bool prints_totals_ = true;
 
  private:
+  // Of queries of more than a few geoms, and of rays.
+  struct Trees {
+    GeomQueries queries;
+    RayCaster rays;
+
+    void release() {
+      queries.release();
+      rays.release();
+    }
+    std::size_t bytes() const { return bytesOf(queries, rays); }
+  };
   class Use;
   class Lock;
   class Call;
@@ -109,8 +120,10 @@ class ParallelSAPSpace : public dxSpace {
             nested, needs_clean_,       guest ? unchanging_ : reports_};
   }
   void beginFrame(const Call& call);
-  template <class Lists, class Run>
-  static void withLists(const Call& call, Lists Workspace::*lists, Run run);
+  template <class Part, class Run>
+  static void with(Part* own, Run run);
+  // A guest makes nothing.
+  inline Trees* treesOf(const Use& use);
   template <class Collide>
   void runFrame(Collide collide);
   void closeSlots();
@@ -137,6 +150,7 @@ class ParallelSAPSpace : public dxSpace {
                          dNearCallback* callback);
   inline void reportFew(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
   void queryAsGuest(const Use& use, dxGeom* geom, void* data, dNearCallback* callback);
+  void queryOneByOne(bool guest, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
   void noteMember();
   void requireOpen(const char* function, bool destroys = false) const;
@@ -151,13 +165,12 @@ class ParallelSAPSpace : public dxSpace {
   std::atomic<bool> needs_clean_{false};
   int calls_ = 0;  // that run: the last ones within callbacks of the others
   Reports reports_{this};
-  const Reports unchanging_{nullptr};   // of guests
+  static const Reports unchanging_;     // of guests
   unsigned notify_all_calls_seen_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;
   bool ever_swept_ = false;  // it, or a space of ours in it
-  GeomQueries queries_;
-  RayCaster rays_;
+  SharedPart<Trees> trees_;
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
   std::size_t last_pairs_ = 0;  // of the last frame

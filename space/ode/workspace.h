@@ -16,17 +16,17 @@ namespace ode_parallel_sap {
 
 struct Workspace {
   FrameLists frame;
-  QueryLists query;
-  RayLists rays;
-  OverlapLists overlaps;
+  std::unique_ptr<QueryLists> query;
+  std::unique_ptr<RayLists> rays;
+  std::unique_ptr<OverlapLists> overlaps;
   const char* taken_at = nullptr;    // where the call that uses it stands on its stack
   std::unique_ptr<Workspace> inner;  // for a call within a callback of that call
 
   // Gives back what is held, but for the frame's lists.
   void release() {
-    query = QueryLists();
-    rays = RayLists();
-    overlaps = OverlapLists();
+    query.reset();
+    rays.reset();
+    overlaps.reset();
     inner.reset();
   }
   std::size_t bytes() const { return bytesOf(frame, query, rays, overlaps, inner); }
@@ -57,6 +57,11 @@ class WorkspaceUse {
 
   // Null also without memory for an inner one.
   Workspace* workspace() const { return workspace_; }
+  // Those lists of it; null without memory.
+  template <class Lists>
+  Lists* lists(std::unique_ptr<Lists> Workspace::*lists) const {
+    return workspace_ ? made(workspace_->*lists) : nullptr;
+  }
   // Whether it is within a callback of this space.
   bool nested() const { return nested_; }
 
