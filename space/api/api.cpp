@@ -351,7 +351,8 @@ void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space, dParallelSAPSta
   ParallelSAPSpace& own = checked(space, name);
   require(stats, "no statistics to fill", name);
   const std::size_t known_size = std::min(size, sizeof *stats);
-  std::memcpy(stats, &own.stats(), known_size);
+  const dParallelSAPStats last = own.stats();
+  std::memcpy(stats, &last, known_size);
   std::memset(reinterpret_cast<char*>(stats) + known_size, 0, size - known_size);
 }
 

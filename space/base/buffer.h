@@ -1,10 +1,12 @@
-// Uninitialised, cache-line aligned storage that is reused from frame to frame.
+// Uninitialised storage that is reused from frame to frame.
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -18,6 +20,8 @@ namespace ode_parallel_sap {
 template <class T>
 class Buffer {
   static_assert(std::is_trivially_copyable<T>::value, "elements are moved by memcpy");
+  static_assert(alignof(T) <= Storage::unit || sizeof(T) >= Storage::least_aligned,
+                "small storage is not aligned to a line of the cache");
 
  public:
   Buffer() = default;
@@ -34,7 +38,7 @@ class Buffer {
   const T& operator[](std::size_t i) const { return data_[i]; }
   std::size_t size() const { return size_; }
   std::size_t capacity() const { return capacity_; }
-  std::size_t bytes() const { return storage_size_; }
+  std::size_t bytes() const { return Storage::sizeFor(capacity_ * sizeof(T)); }
   T* begin() { return data_; }
   T* end() { return data_ + size_; }
   const T* begin() const { return data_; }
@@ -81,17 +85,16 @@ class Buffer {
   void release() {
     free();
     data_ = nullptr;
-    size_ = capacity_ = storage_size_ = 0;
+    size_ = capacity_ = 0;
   }
   void swap(Buffer& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);
     std::swap(capacity_, other.capacity_);
-    std::swap(storage_size_, other.storage_size_);
   }
 
  private:
-  void free() { Storage::deallocate(data_, storage_size_); }
+  void free() { Storage::deallocate(data_, bytes()); }
 
   void reallocate(std::size_t capacity) {
     const std::size_t size = Storage::sizeFor(capacity * sizeof(T));
@@ -99,14 +102,38 @@ class Buffer {
     if (size_) std::memcpy(static_cast<void*>(data), data_, size_ * sizeof(T));
     free();
     data_ = data;
-    storage_size_ = size;
     capacity_ = size / sizeof(T);
   }
 
   T* data_ = nullptr;
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
-  std::size_t storage_size_ = 0;  // in bytes
+};
+
+// A part of something that most do without: made when it is first needed. Null without memory.
+template <class T>
+T* made(std::unique_ptr<T>& part) {
+  if (!part) part.reset(new (std::nothrow) T);
+  return part.get();
+}
+// One that other threads may read while one thread makes it.
+template <class T>
+class SharedPart {
+ public:
+  SharedPart() = default;
+  ~SharedPart() { delete get(); }
+  SharedPart(const SharedPart&) = delete;
+  SharedPart& operator=(const SharedPart&) = delete;
+
+  T* get() const { return part_.load(std::memory_order_acquire); }
+  T* made() {
+    if (!get()) part_.store(new (std::nothrow) T, std::memory_order_release);
+    return get();
+  }
+  std::size_t bytes() const { return get() ? sizeof(T) + get()->bytes() : 0; }
+
+ private:
+  std::atomic<T*> part_{nullptr};
 };
 
 // The bytes that things hold: what has bytes(), and lists of such things or of plain elements.

@@ -48,18 +48,19 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
 }
 
 bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
-                      const GeomUpdate& geom_update, int threads, GeomTree& tree,
+                      const GeomUpdate& geom_update, int threads, SharedPart<GeomTree>& part,
                       PairFilter& filter, PairList& pairs, Counts& counts) {
   counts = {update.threads, 0, pairs.size()};
   if (update.changes == 0) return true;
   const BoxSet& boxes = geom_update.boxes();
   const Buffer<Slot>& changed = geom_update.repacked();
   const UpdateFacts& facts = geom_update.facts();
-  if (!tree.bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
+  GeomTree* const tree = part.made();
+  if (!tree || !tree->bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
   const int used = changed_pairs_.find(
       boxes, facts.disabled == 0 && !filter.planes().any(), changed, changed_, threads,
-      [&](Slot slot) { return tree.placeOf(slot); },
-      [&](Slot slot, Buffer<Slot>& hits) { tree.find(geoms, geoms[slot], hits); });
+      [&](Slot slot) { return tree->placeOf(slot); },
+      [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, geoms[slot], hits); });
   counts.threads = std::max(counts.threads, used);
   PairList& found = changed_pairs_.found();
   counts.found = found.size();

@@ -80,9 +80,10 @@ class PairCache {
     std::size_t found = 0, kept = 0;  // pairs
   };
   // After an update() that kept: makes `pairs` those of this frame. False
-  // where others read the tree: the frame is to be found anew.
+  // where others read the tree, or there is none: the frame is to be found anew.
   bool renew(const GeomTree::Geoms& geoms, const Update& update, const GeomUpdate& geom_update,
-             int threads, GeomTree& tree, PairFilter& filter, PairList& pairs, Counts& counts);
+             int threads, SharedPart<GeomTree>& part, PairFilter& filter, PairList& pairs,
+             Counts& counts);
 
   // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }

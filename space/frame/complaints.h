@@ -5,11 +5,13 @@
 
 #include <atomic>
 #include <cstddef>
+#include <memory>
 #include <mutex>
 #include <new>
 #include <unordered_set>
 #include <utility>
 
+#include "space/base/buffer.h"
 #include "space/base/pair_finder.h"
 
 namespace ode_parallel_sap {
@@ -19,10 +21,11 @@ class Complaints {
   // Where there is no memory to note that it was said, rather once more than not at all. Queries
   // may say it on any thread.
   void ofInvalid(const dxGeom* geom) {
+    static std::mutex mutex;
     bool first = true;
     try {
-      const std::lock_guard<std::mutex> lock(invalid_mutex_);
-      first = invalid_.insert(geom).second;
+      const std::lock_guard<std::mutex> lock(mutex);
+      first = !made(invalid_) || invalid_->insert(geom).second;
     } catch (const std::bad_alloc&) {
     }
     if (first)
@@ -31,7 +34,7 @@ class Complaints {
   }
   // The geom is gone: another one may come to its address.
   void forget(const dxGeom* geom) {
-    if (!invalid_.empty()) invalid_.erase(geom);
+    if (invalid_) invalid_->erase(geom);
   }
   void ofThreads(const void* space) {
     if (!two_threads_.exchange(true))
@@ -66,8 +69,7 @@ class Complaints {
   }
 
  private:
-  std::mutex invalid_mutex_;
-  std::unordered_set<const dxGeom*> invalid_;
+  std::unique_ptr<std::unordered_set<const dxGeom*>> invalid_;
   std::atomic<bool> two_threads_{false};
   bool too_long_ = false, no_memory_ = false, unreported_events_ = false, unannounced_ = false;
 };

@@ -18,9 +18,9 @@ inline bool isSmall(const FrameCall& call) {
          call.lists.small.makeRoom(call.scene.count);
 }
 
-bool hasRoom(Buffer<dParallelSAPPair>& list, std::size_t pairs) try {
-  list.reserve(pairs);
-  return true;
+bool hasRoom(FrameLists& lists, std::size_t pairs) try {
+  if (made(lists.large)) lists.large->contact_pairs.reserve(pairs);
+  return lists.large != nullptr;
 } catch (const std::bad_alloc&) {
   return false;
 }
@@ -31,7 +31,7 @@ bool hasRoom(Buffer<dParallelSAPPair>& list, std::size_t pairs) try {
 // one `receiver`.
 template <class Report>
 std::size_t Pipeline::run(const FrameCall& call, const PairReceiver& receiver, Report report) {
-  Frame frame = {call, policy_.decide(factsOf(call), call.settings)};
+  Frame frame = {call, decide(call)};
   if (const PairList* const pairs = findPairs(frame)) {
     showPairs(frame, *pairs);
     report(frame, *pairs);
@@ -43,14 +43,22 @@ std::size_t Pipeline::run(const FrameCall& call, const PairReceiver& receiver, R
   return endFrame(frame.stats.pairs);
 }
 
+// What the frame is to do: without memory for the stages, to go pair by pair.
+Plan Pipeline::decide(const FrameCall& call) {
+  if (made(stages_)) return policy().decide(factsOf(call), call.settings);
+  Plan plan;
+  plan.rules = call.settings.rules;
+  return plan;
+}
+
 inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
                                           PairWatcher* watcher) {
-  cache_.stop();
+  if (stages_) cache().stop();
   const bool nested = call.scene.nested;
-  if (events_.on() && nested) events_.skip();
+  if (events_ && nested) events_->skip();
   return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
                                statistics_,
-                               {receiver, events_.on() && !nested ? &events_ : nullptr,
+                               {receiver, nested ? nullptr : events_.get(),
                                 watcher && !nested && watcher->isDue() ? watcher : nullptr});
 }
 
@@ -65,9 +73,9 @@ std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* 
 
 std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
   statistics_.beginFrame();
-  if (!isSmall(call) || !hasRoom(call.lists.contact_pairs, PairBlock::size))
+  if (!isSmall(call) || !hasRoom(call.lists, PairBlock::size))
     return collideManyPairs(call, request);
-  PairBlock block(request, call.lists.contact_pairs.data());
+  PairBlock block(request, call.lists.large->contact_pairs.data());
   const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
                                  &PairBlock::leaveOut};
   return endFrame(collideSmall(call, receiver, watcher_).pairs);
@@ -86,21 +94,22 @@ __attribute__((noinline)) std::size_t Pipeline::collideManyPairs(const FrameCall
   });
 }
 
-std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request) {
+std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request,
+                                      LargeLists& lists) {
   statistics_.beginFrame();
-  Frame frame = {call, policy_.decide(factsOf(call), call.settings)};
-  ContactPairs pairs(request, call.scene, call.lists.contact_pairs, call.lists.contact_slots);
+  Frame frame = {call, decide(call)};
+  ContactPairs pairs(request, call.scene, lists.contact_pairs, lists.contact_slots);
   const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr, false};
   if (isSmall(call)) {
     frame.clock.begin(Stage::extract);
     frame.stats = statsOf(collideSmall(call, receiver, nullptr));
   } else if (const PairList* const found = findPairs(frame)) {
-    pairs.add(*found, geom_update_.facts().spaces, frame.plan.threads);
+    pairs.add(*found, geomUpdate().facts().spaces, frame.plan.threads);
   } else {
     reportWithoutMemory(frame, receiver);
   }
 
-  NarrowPhase& narrow_phase = call.lists.narrow_phase;
+  NarrowPhase& narrow_phase = lists.narrow_phase;
   frame.clock.begin(Stage::narrow);
   bool found = true;
   try {
@@ -111,7 +120,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
     frame.stats.apart = narrow_phase.apart().apart;
-    policy_.learnOfApart(frame.plan, narrow_phase.apart());
+    if (stages_) policy().learnOfApart(frame.plan, narrow_phase.apart());
     if (watcher_ && !call.scene.nested && watcher_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place)
         watcher_->see(pairs.list()[place].o1, pairs.list()[place].o2);
@@ -137,12 +146,13 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   const Plan& plan = frame.plan;
   frame.stats.geoms = call.scene.count;
   frame.stats.backend = dParallelSAPBackendCPU;
-  cache_.beginFrame(call.scene.nested);
+  if (!stages_ || !made(call.lists.large)) throw std::bad_alloc();
+  cache().beginFrame(call.scene.nested);
 
   frame.clock.begin(Stage::update);
   PairCache::Update update;
   if (plan.use_cache)
-    update = cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_);
+    update = cache().update(call.geoms(), call.slots(), plan.rules, plan.threads, geomUpdate());
   if (update.unannounced.count)
     complaints_.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
   Found found;
@@ -152,16 +162,16 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
     found = findAnew(frame);
   }
   const PairList& pairs = select(frame);
-  const bool selected = &pairs != &call.lists.candidates;
-  updateEvents(frame, pairs, cache_.noteReported(!selected, update));
+  const bool selected = &pairs != &call.lists.large->candidates;
+  updateEvents(frame, pairs, cache().noteReported(!selected, update));
   frame.clock.pause();
   frame.stats.pairs = pairs.size();
-  cache_.endFrame();
+  cache().endFrame();
   learn(frame, update.kept ? nullptr : &found);
   noteStats(frame);
   return &pairs;
 } catch (const std::bad_alloc&) {
-  if (events_.on() && !frame.call.scene.nested) events_.updateUnknown();
+  if (events_ && !frame.call.scene.nested) events_->updateUnknown();
   return nullptr;
 }
 
@@ -175,8 +185,8 @@ bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   noteUpdate(frame);
   if (!update.isSame()) frame.clock.begin(Stage::extract);
   PairCache::Counts counts;
-  if (!cache_.renew(call.scene.slots, update, geom_update_, frame.plan.threads, call.tree,
-                    pair_filter_, call.lists.candidates, counts))
+  if (!cache().renew(call.scene.slots, update, geomUpdate(), frame.plan.threads, call.tree,
+                     pairFilter(), call.lists.large->candidates, counts))
     return false;
   frame.stats.method = dParallelSAPMethodSweep;
   frame.stats.find_threads = counts.threads;
@@ -189,30 +199,30 @@ bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
 Found Pipeline::findAnew(Frame& frame) {
   const FrameCall& call = frame.call;
   const Plan& plan = frame.plan;
-  cache_.stop();
+  cache().stop();
   const int update_threads =
-      geom_update_.pack(call.geoms(), call.slots(), plan.rules, plan.threads);
-  cache_.forgetChanges();
+      geomUpdate().pack(call.geoms(), call.slots(), plan.rules, plan.threads);
+  cache().forgetChanges();
   call.scene.noteClean();
 
   frame.clock.begin(Stage::synchronise);
-  geom_update_.synchronise(call.geoms());
-  const BoxSet& boxes = geom_update_.boxes();
+  geomUpdate().synchronise(call.geoms());
+  const BoxSet& boxes = geomUpdate().boxes();
   noteUpdate(frame);
 
   frame.clock.begin(Stage::extract);
-  PairList& candidates = call.lists.candidates;
+  PairList& candidates = call.lists.large->candidates;
   Found found;
   const bool fat =
       plan.fat_pairs && !boxes.wide &&
-      cache_.fat().prepare(boxes, static_cast<double>(geom_update_.tolerance()), plan.threads);
+      cache().fat().prepare(boxes, static_cast<double>(geomUpdate().tolerance()), plan.threads);
   if (fat) {
-    found.threads = cache_.fat().find(boxes, plan.threads, extraction_.sweep(), candidates);
+    found.threads = cache().fat().find(boxes, plan.threads, extraction().sweep(), candidates);
     found.method = dParallelSAPMethodSweep;
-    frame.stats.candidates_kept = cache_.fat().kept();
+    frame.stats.candidates_kept = cache().fat().kept();
   } else {
-    cache_.fat().noteUnused();
-    found = extraction_.find(boxes, plan.extraction, candidates);
+    cache().fat().noteUnused();
+    found = extraction().find(boxes, plan.extraction, candidates);
   }
   if (found.too_long) complaints_.ofTooLong(*found.too_long);
   frame.stats.method = found.method;
@@ -224,33 +234,33 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.candidates = found.pairs;
 
   frame.clock.begin(Stage::filter);
-  pair_filter_.dropExcluded(call.geoms(), geom_update_.facts(), plan.rules, boxes, plan.threads,
+  pairFilter().dropExcluded(call.geoms(), geomUpdate().facts(), plan.rules, boxes, plan.threads,
                             candidates);
-  if (plan.use_cache) cache_.start(call.slots());
+  if (plan.use_cache) cache().start(call.slots());
   return found;
 }
 
 // Counts the geoms, whose boxes are up to date, and takes planes out of these.
 void Pipeline::noteUpdate(Frame& frame) {
-  const UpdateFacts& facts = geom_update_.facts();
+  const UpdateFacts& facts = geomUpdate().facts();
   dxGeom* const* const geoms = frame.call.geoms();
   for (const Slot slot : facts.newly_invalid) complaints_.ofInvalid(geoms[slot]);
   frame.stats.moved += facts.moved;
   frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
   frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
   frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
-  if (frame.plan.rules.cull_planes) pair_filter_.planes().take(geoms, geom_update_.boxes());
+  if (frame.plan.rules.cull_planes) pairFilter().planes().take(geoms, geomUpdate().boxes());
 }
 
 // The pairs to be reported.
 const PairList& Pipeline::select(Frame& frame) {
-  FrameLists& lists = frame.call.lists;
-  const UpdateFacts& facts = geom_update_.facts();
+  LargeLists& lists = *frame.call.lists.large;
+  const UpdateFacts& facts = geomUpdate().facts();
   const PackRules& rules = frame.plan.rules;
-  if (!pair_filter_.mustSelect(facts, rules)) return lists.candidates;
+  if (!pairFilter().mustSelect(facts, rules)) return lists.candidates;
   frame.clock.begin(Stage::filter);
   const PairList& pairs =
-      pair_filter_.select(frame.call.geoms(), facts, rules, geom_update_.boxes(),
+      pairFilter().select(frame.call.geoms(), facts, rules, geomUpdate().boxes(),
                           frame.plan.threads, lists.candidates, lists.selected);
   frame.stats.candidates += lists.selected.added;
   return pairs;
@@ -259,32 +269,32 @@ const PairList& Pipeline::select(Frame& frame) {
 // The pairs of a frame within a callback are no events. `are_same`: all are those of the last
 // frame.
 void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) {
-  if (!events_.on()) return;
-  if (frame.call.scene.nested) return events_.skip();
+  if (!events_) return;
+  if (frame.call.scene.nested) return events_->skip();
   constexpr PairEvents::Source source = PairEvents::Source::frame;
-  if (are_same && events_.updateSame(source)) return;
+  if (are_same && events_->updateSame(source)) return;
   frame.clock.begin(Stage::events);
-  if (!events_.update(pairs, frame.call.scene.slots, source, frame.plan.threads))
+  if (!events_->update(pairs, frame.call.scene.slots, source, frame.plan.threads))
     complaints_.ofUnreportedEvents();
 }
 
-SceneFacts Pipeline::factsOf(const FrameCall& call) const {
-  return {call.slots(), geom_update_.boxes().wide, call.scene.nested,
-          extraction_.devices().devices(), testedClasses()};
+SceneFacts Pipeline::factsOf(const FrameCall& call) {
+  return {call.slots(), geomUpdate().boxes().wide, call.scene.nested,
+          extraction().devices().devices(), testedClasses()};
 }
 
 // `found`: how the pairs were found anew; null if they were kept.
 void Pipeline::learn(const Frame& frame, const Found* found) {
   const Settings& settings = frame.call.settings;
   if (found)
-    policy_.learn(frame.plan, factsOf(frame.call), *found, frame.clock.of(Stage::extract));
+    policy().learn(frame.plan, factsOf(frame.call), *found, frame.clock.of(Stage::extract));
   else
-    cache_.fat().noteUnused();
+    cache().fat().noteUnused();
   if (!frame.plan.weighs_devices) return;
-  DeviceBackend& devices = extraction_.devices();
+  DeviceBackend& devices = extraction().devices();
   devices.reportLeftOut();
-  if (devices.takeLoss()) policy_.learnOfLoss(devices.devices().usable);
-  const int wanted = policy_.learnMissedDevices(factsOf(frame.call), settings);
+  if (devices.takeLoss()) policy().learnOfLoss(devices.devices().usable);
+  const int wanted = policy().learnMissedDevices(factsOf(frame.call), settings);
   if (wanted > 0) devices.prepare(wanted);
 }
 
@@ -300,7 +310,7 @@ void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
 void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
   frame.clock.begin(Stage::report);
   const Reports::Open open(frame.call.scene.reports);
-  reportPairs(pairs, frame.call.scene, frame.call.lists.limit,
+  reportPairs(pairs, frame.call.scene, frame.call.lists.large->limit,
               [=](Pair, std::size_t, dxGeom* a, dxGeom* b) { callback(data, a, b); });
 }
 
@@ -311,7 +321,7 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
   const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
-                                     frame.plan.leave_apart_out, call.lists.limit};
+                                     frame.plan.leave_apart_out, call.lists.large->limit};
   LastStage::Collided collided;
   if (!last_stage_->prepare(of_frame, collided)) return false;
   frame.clock.pause();
@@ -319,7 +329,7 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
     frame.stats.narrow_threads = collided.threads;
     frame.stats.contacts = collided.contacts;
     frame.stats.apart = collided.apart.apart;
-    policy_.learnOfApart(frame.plan, collided.apart);
+    policy().learnOfApart(frame.plan, collided.apart);
     noteStats(frame);  // should the callback throw, or collide again
   }
   frame.clock.begin(Stage::report);
@@ -339,48 +349,52 @@ void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
 }
 
 void Pipeline::clean(const Scene& scene, const Settings& settings) {
-  try {
-    if (scene.slots.size() > small_scene_slots)
-      geom_update_.clean(scene.slots.data(), scene.slots.size(),
-                         Policy::teamFor(scene.slots.size(), settings), cache_.changed());
-    else
-      cleanOneByOne(scene.first);  // which takes less of the stack for spaces in spaces
-  } catch (const std::bad_alloc&) {
-    cleanOneByOne(scene.first);
-  }
+  if (scene.slots.size() <= small_scene_slots || !cleanMany(scene, settings))
+    cleanOneByOne(scene.first);  // which takes less of the stack for spaces in spaces
   scene.noteClean();
 }
 
+// False without memory.
+__attribute__((noinline)) bool Pipeline::cleanMany(const Scene& scene,
+                                                   const Settings& settings) try {
+  if (!made(stages_)) return false;
+  geomUpdate().clean(scene.slots.data(), scene.slots.size(),
+                     Policy::teamFor(scene.slots.size(), settings), cache().changed());
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
+}
+
 void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
-  cache_.stop();
-  pair_filter_.planes().forget();
+  if (stages_) cache().stop();
+  noteArrival();
   if (last_stage_) last_stage_->noteNewSlots();
-  if (events_.on()) events_.closeSlots(geoms);
+  if (events_) events_->closeSlots(geoms);
 }
 
 void Pipeline::release(int part, FrameLists& lists) {
-  cache_.stop();
+  if (!made(stages_)) return;
+  cache().stop();
   switch (part) {
     case 0:
       lists = FrameLists();
       break;
     case 1:
-      extraction_.release();
-      cache_ = PairCache();  // which goes on from its trees
+      extraction().release();
+      cache() = PairCache();  // which goes on from its trees
       break;
     case 2:
-      geom_update_ = GeomUpdate();
+      geomUpdate() = GeomUpdate();
       break;
     default:
-      pair_filter_ = PairFilter();
-      events_.release();
+      pairFilter() = PairFilter();
+      if (events_) events_->release();
       if (last_stage_) last_stage_->release();
   }
 }
 
 std::size_t Pipeline::bytes() const {
-  return bytesOf(cache_, geom_update_, extraction_, pair_filter_, events_, last_stage_,
-                 small_scenes_);
+  return bytesOf(stages_, events_, last_stage_, small_scenes_);
 }
 
 }  // namespace ode_parallel_sap

@@ -23,27 +23,34 @@
 
 namespace ode_parallel_sap {
 
-// The lists of a frame. A frame within a callback has others. Those of all other frames are the
-// same from frame to frame.
-struct FrameLists {
+// The lists of a frame that is not small, or of one with contacts or blocks.
+struct LargeLists {
   PairList candidates;            // the pairs by boxes; kept for the next frame
   PairFilter::Selected selected;  // those of them that are reported, if not all are
-  SmallLists small;
   Buffer<dParallelSAPPair> contact_pairs;
   Buffer<Pair> contact_slots;  // of these or the spaces that they are in, if any is in one
   NarrowPhase narrow_phase;
   const Pair* limit = nullptr;  // of reportPairs()
 
   std::size_t bytes() const {
-    return bytesOf(candidates, selected, small, contact_pairs, contact_slots, narrow_phase);
+    return bytesOf(candidates, selected, contact_pairs, contact_slots, narrow_phase);
   }
+};
+
+// The lists of a frame. A frame within a callback has others. Those of all other frames are the
+// same from frame to frame.
+struct FrameLists {
+  SmallLists small;
+  std::unique_ptr<LargeLists> large;  // made when a frame first needs them
+
+  std::size_t bytes() const { return bytesOf(small, large); }
 };
 
 // A call for the pairs of a scene, which is locked. No other frame uses `lists`.
 struct FrameCall {
   const Scene scene;
   FrameLists& lists;
-  GeomTree& tree;  // of the scene
+  SharedPart<GeomTree>& tree;  // of the scene
   const Settings& settings;
   bool manual_cleanup;  // threads leave no data in ODE
 
@@ -68,7 +75,8 @@ class Pipeline {
   // Calls `callback` for the pairs, in their order.
   std::size_t collide(const FrameCall& call, void* data, dNearCallback* callback);
   // Finds their contacts and reports these.
-  std::size_t collideContacts(const FrameCall& call, const ContactRequest& request);
+  std::size_t collideContacts(const FrameCall& call, const ContactRequest& request,
+                              LargeLists& lists);
   // Hands the pairs out in blocks.
   std::size_t collidePairs(const FrameCall& call, const PairsRequest& request);
 
@@ -77,25 +85,40 @@ class Pipeline {
   // The geom of a slot is new, gone or has moved.
   void noteChange(Slot slot) {
     small_scenes_.noteChange();
-    cache_.note(slot);
+    if (stages_) cache().note(slot);
     if (last_stage_) last_stage_->noteChange(slot);
   }
   // A geom of a slot, or any geom, may be another in a way that ODE reports to no space. The former
   // from many threads at once.
-  void noteUnreported(Slot slot) { cache_.noteShared(slot); }
-  void noteAllUnreported() { cache_.noteAll(); }
+  void noteUnreported(Slot slot) {
+    if (stages_) cache().noteShared(slot);
+  }
+  void noteAllUnreported() {
+    if (stages_) cache().noteAll();
+  }
   // A geom comes to a slot or leaves it.
-  void noteArrival() { pair_filter_.planes().forget(); }
+  void noteArrival() {
+    if (stages_) pairFilter().planes().forget();
+  }
   void noteDeparture(const dxGeom* geom, Slot slot) {
-    pair_filter_.planes().forget();
+    noteArrival();
     complaints_.forget(geom);
-    if (events_.on()) events_.removeGeom(slot);
+    if (events_) events_->removeGeom(slot);
   }
   // The slots of these geoms are about to be closed up.
   void closeSlots(const Buffer<dxGeom*>& geoms);
 
-  PairEvents& events() { return events_; }
-  const PairEvents& events() const { return events_; }
+  // Without memory they stay off.
+  void turnEvents(bool on) {
+    if (!on)
+      events_.reset();
+    else if (made(events_))
+      events_->turn(true);
+  }
+  const PairEvents& events() const {
+    static const PairEvents off;
+    return events_ ? *events_ : off;
+  }
   Complaints& complaints() { return complaints_; }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
@@ -109,7 +132,26 @@ class Pipeline {
   std::size_t bytes() const;
 
  private:
-  SceneFacts factsOf(const FrameCall& call) const;
+  // What only frames need that are not small.
+  struct Stages {
+    Policy policy;
+    GeomUpdate geom_update;
+    Extraction extraction;
+    PairCache cache;
+    PairFilter pair_filter;
+
+    std::size_t bytes() const { return bytesOf(geom_update, extraction, cache, pair_filter); }
+  };
+
+  Policy& policy() { return stages_->policy; }
+  GeomUpdate& geomUpdate() { return stages_->geom_update; }
+  Extraction& extraction() { return stages_->extraction; }
+  PairCache& cache() { return stages_->cache; }
+  PairFilter& pairFilter() { return stages_->pair_filter; }
+
+  bool cleanMany(const Scene& scene, const Settings& settings);
+  SceneFacts factsOf(const FrameCall& call);
+  Plan decide(const FrameCall& call);
   std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
   template <class Report>
   std::size_t run(const FrameCall& call, const PairReceiver& receiver, Report report);
@@ -132,12 +174,8 @@ class Pipeline {
     return pairs;
   }
 
-  Policy policy_;
-  GeomUpdate geom_update_;
-  Extraction extraction_;
-  PairCache cache_;
-  PairFilter pair_filter_;
-  PairEvents events_;
+  std::unique_ptr<Stages> stages_;
+  std::unique_ptr<PairEvents> events_;  // if they are on
   std::unique_ptr<LastStage> last_stage_;
   SmallScenes small_scenes_;
   Complaints complaints_;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <iterator>
 #include <new>
+#include <utility>
 
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
@@ -127,80 +128,92 @@ __attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallFound& found) 
   return true;
 }
 
-// Lists the geoms that take part. All are clean. Returns whether some two may not meet by their
-// bits or bodies: no bit is in all, or a geom is followed by another one of its body, as all but
-// the last are. Needs exactMode().
-inline bool listActive(dxGeom* first, dxGeom** active, SmallFound& found) {
+// Lists the geoms that take part, or with `listed` tells whether they are those in the list, whose
+// AABBs are as they were. All are clean. `by_filters`: some two may not meet by their bits or
+// bodies: no bit is in all, or a geom is followed by another one of its body, as all but the last
+// are. Needs exactMode().
+template <bool listed>
+inline bool listActive(dxGeom* first, SmallLists& lists, SmallFound& found, bool& by_filters) {
+  dxGeom** const active = lists.active.data();
   unsigned actives = 0;
   unsigned long shared_bits = ~0ul;
   bool followed = false;
   for (dxGeom* geom = first; geom; geom = geom->next) {
     if ((geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
-    const bool usual = geom->type < dFirstSpaceClass && isPlain(geom);
+    const bool usual =
+        listed ? active[actives] == geom : geom->type < dFirstSpaceClass && isPlain(geom);
     if (!usual && !takesPart(geom, found)) continue;
+    if (listed && !usual) return false;
     active[actives++] = geom;
     shared_bits &= geom->category_bits & geom->collide_bits;
     followed |= geom->body_next != nullptr;
   }
-  found.actives = actives;
-  return !shared_bits || followed;
+  by_filters = !shared_bits || followed;
+  return std::exchange(lists.actives, actives) == actives;
 }
 
-// Which of the geoms that take part may pair, the AABBTest functions apart. Needs exactMode().
-inline unsigned listPairs(unsigned actives, const PairRule& rule, bool takes_all,
-                          SmallLists& lists) {
-  const unsigned overlapping = actives > most_without_vectors
-                                   ? findByVectors(lists, actives)
-                                   : findOneByOne(lists.active.data(), actives, lists.pairs.data());
-  if (takes_all) return overlapping;
-  unsigned pairs = 0;
-  for (unsigned i = 0; i < overlapping; ++i) {
-    const PlacePair pair = lists.pairs[i];
-    if (rule.mayPair(lists.active[pair.earlier()], lists.active[pair.later()]))
-      lists.pairs[pairs++] = pair;
+// Has pairs left out that `keeps` is false for. Returns how many are not.
+template <class Keeps>
+inline unsigned filter(SmallLists& lists, Keeps keeps) {
+  unsigned kept = 0;
+  for (unsigned i = 0; i < lists.overlaps; ++i) {
+    PlacePair& pair = lists.pairs[i];
+    const bool keep = keeps(pair, lists.active[pair.earlier()], lists.active[pair.later()]);
+    pair.leaveOut(!keep);
+    kept += keep;
   }
-  return pairs;
+  return kept;
 }
 
-// The geoms that take part, and the pairs, when all AABBs are up to date. Needs exactMode().
-inline void findAmongClean(const Scene& scene, const PackRules& rules, SmallLists& lists,
-                           SmallFound& found) {
-  const bool by_filters = listActive(scene.first, lists.active.data(), found);
+// The geoms that take part, and the pairs, when all AABBs are up to date. `still`: boxes are where
+// they were in the last frame. Needs exactMode().
+inline void findAmongClean(const Scene& scene, const PackRules& rules, bool still,
+                           SmallLists& lists, SmallFound& found) {
+  bool by_filters;
+  if (still && (still = listActive<true>(scene.first, lists, found, by_filters))) {
+    found.counts.unbounded = lists.unbounded;
+    found.user_classes = lists.user_classes;
+  } else {
+    found.counts.invalid = found.counts.unbounded = 0;
+    found.user_classes = false;
+    listActive<false>(scene.first, lists, found, by_filters);
+    lists.unbounded = found.counts.unbounded;
+    lists.user_classes = found.user_classes;
+    lists.overlaps = lists.actives > most_without_vectors
+                         ? findByVectors(lists, lists.actives)
+                         : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
+  }
   const PairRule rule(rules);
+  const bool takes_all = !by_filters && rule.isODEs() && !found.user_classes;
+  found.same = still && takes_all && lists.takes_all;
   found.counts.geoms = static_cast<unsigned>(scene.count);
-  found.counts.disabled = found.counts.geoms - found.actives - found.counts.invalid;
-  found.counts.candidates = found.counts.pairs =
-      listPairs(found.actives, rule, !by_filters && rule.isODEs(), lists);
+  found.counts.disabled = found.counts.geoms - lists.actives - found.counts.invalid;
+  found.counts.candidates = found.counts.pairs = lists.overlaps;
+  if (!takes_all || (still && !lists.takes_all))
+    found.counts.candidates = found.counts.pairs =
+        filter(lists, [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); });
+  lists.takes_all = takes_all;
 }
 
 __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRules& rules,
-                                               SmallLists& lists, SmallFound& found) {
+                                               bool still, SmallLists& lists, SmallFound& found) {
   const ScopedMode mode(exactMode());
-  findAmongClean(scene, rules, lists, found);
+  findAmongClean(scene, rules, still, lists, found);
 }
 
 // Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. Reads the thread's
 // floating-point mode first: reading it waits for all computations before. `found` is written
 // member by member and not copied: a copy waits until words just written have reached the cache.
-inline void find(const Scene& scene, const PackRules& rules, SmallLists& lists, SmallFound& found) {
+inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLists& lists,
+                 SmallFound& found) {
   const bool is_exact = !differs(currentMode(), exactMode());
   bool others = false;
-  found.counts.moved = clean(scene.first, others);
-  scene.noteClean();
-  if (is_exact && !others) return findAmongClean(scene, rules, lists, found);
-  findInExactMode(scene, rules, lists, found);
-}
-
-// Leaves those of the pairs that pass the AABBTest functions.
-void test(SmallLists& lists, SmallFound& found) {
-  unsigned passed = 0;
-  for (unsigned i = 0; i < found.counts.candidates; ++i) {
-    const PlacePair pair = found.pairs[i];
-    if (passesAABBTests(found.active[pair.earlier()], found.active[pair.later()]))
-      lists.pairs[passed++] = pair;
+  if (!still) {
+    found.counts.moved = clean(scene.first, others);
+    scene.noteClean();
   }
-  found.pairs = lists.pairs.data();
-  found.counts.pairs = passed;
+  if (is_exact && !others) return findAmongClean(scene, rules, still, lists, found);
+  findInExactMode(scene, rules, still, lists, found);
 }
 
 void complainOfInvalid(dxGeom* first, Complaints& complaints) {
@@ -216,6 +229,7 @@ bool SmallLists::grow(std::size_t geoms) try {
   pairs.resizeDiscarding(geoms * (geoms - 1) / 2);
   boxes.resizeDiscarding(cells);
   active.resizeDiscarding(geoms);  // at last: so many are ready
+  std::fill(active.begin(), active.end(), nullptr);
   return true;
 } catch (const std::bad_alloc&) {
   active.release();
@@ -227,24 +241,28 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
                                  const SmallReport& report) {
   const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
+  const std::uint64_t changes = changes_;
+  const bool still =
+      mechanisms::still_small_scenes && lists.changes == changes && !scene.needs_clean;
   SmallFound found;
-  if (isStill(rules)) {
-    found = found_;
-  } else {
-    found.active = lists.active.data();
-    found.pairs = lists.pairs.data();
-    find(scene, rules, lists, found);
-    noteFound(scene, rules, complaints, found);
-  }
-  if (found.user_classes) test(lists, found);
-  if (report.events && !updateEvents(scene, found, *report.events)) complaints.ofUnreportedEvents();
+  find(scene, rules, still, lists, found);
+  lists.changes = changes;  // what changed meanwhile counts for the next one
+  if (found.counts.invalid) complainOfInvalid(scene.first, complaints);
+  if (found.user_classes)
+    found.counts.pairs = filter(lists, [](PlacePair pair, dxGeom* a, dxGeom* b) {
+      return !pair.isLeftOut() && passesAABBTests(a, b);
+    });
+  if (report.events && !updateEvents(scene, lists, found, *report.events))
+    complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
   statistics.noteSmall(found.counts);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  const auto forPairs = [&](auto use) {
-    for (const PlacePair* pair = found.pairs; pair < found.pairs + found.counts.pairs; ++pair)
-      use(found.active[pair->earlier()], found.active[pair->later()]);
+  dxGeom* const* const active = lists.active.data();
+  const PlacePair *const pairs = lists.pairs.data(), *const end = pairs + lists.overlaps;
+  const auto forPairs = [=](auto use) {
+    for (const PlacePair* pair = pairs; pair < end; ++pair)
+      if (!pair->isLeftOut()) use(active[pair->earlier()], active[pair->later()]);
   };
   if (report.watcher) {
     forPairs([&](dxGeom* a, dxGeom* b) { report.watcher->see(a, b); });
@@ -272,58 +290,26 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
   return found.counts;
 }
 
-bool SmallScenes::isStill(const PackRules& rules) const {
-  if (!is_still_ || rules_ != rules) return false;
-  Seen::Difference difference = 0;
-  for (const Seen& seen : seen_) difference |= seen.difference();
-  return difference == 0;
-}
-
-// Of a frame that was found anew.
-void SmallScenes::noteFound(const Scene& scene, const PackRules& rules, Complaints& complaints,
-                            const SmallFound& found) {
-  if (found.counts.invalid) complainOfInvalid(scene.first, complaints);
-  is_still_ = false;
-  // The second of two frames without a move is remembered.
-  still_frames_ = found.counts.moved == 0 ? still_frames_ + 1 : 0;
-  if (still_frames_ >= 2) remember(scene, rules, found);
-}
-
-// False without memory for it. AABBTest functions may answer otherwise in a scene that is still.
-bool SmallScenes::updateEvents(const Scene& scene, const SmallFound& found, PairEvents& events) {
+// False without memory for it.
+bool SmallScenes::updateEvents(const Scene& scene, const SmallLists& lists, const SmallFound& found,
+                               PairEvents& events) {
   constexpr PairEvents::Source source = PairEvents::Source::small_scene;
-  if (found.recalled && !found.user_classes && events.updateSame(source)) return true;
+  if (found.same && events.updateSame(source)) return true;
   try {
-    event_pairs_.clear(1);
-    Buffer<Pair>& pairs = event_pairs_.parts[0];
+    if (!made(event_pairs_)) throw std::bad_alloc();
+    event_pairs_->clear(1);
+    Buffer<Pair>& pairs = event_pairs_->parts[0];
     pairs.resizeDiscarding(found.counts.pairs);
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      pairs[i] = makePair(Slots::slotOf(found.active[found.pairs[i].earlier()]),
-                          Slots::slotOf(found.active[found.pairs[i].later()]));
+    Pair* to = pairs.data();
+    for (unsigned i = 0; i < lists.overlaps; ++i)
+      if (const PlacePair pair = lists.pairs[i]; !pair.isLeftOut())
+        *to++ = makePair(Slots::slotOf(lists.active[pair.earlier()]),
+                         Slots::slotOf(lists.active[pair.later()]));
   } catch (const std::bad_alloc&) {
     events.updateUnknown();
     return false;
   }
-  return events.update(event_pairs_, scene.slots, source, 1);
-}
-
-// Not where rules leave out pairs by the state of bodies, which changes silently. Nor within a
-// callback, to which the remembered pairs may be reported.
-void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallFound& found) {
-  if (!mechanisms::still_small_scenes || rules.skip() || scene.nested) return;
-  try {
-    seen_.clear();
-    for (const dxGeom* geom = scene.first; geom; geom = geom->next) seen_.push_back(Seen(geom));
-    active_.assign(found.active, found.active + found.actives);
-    pairs_.assign(found.pairs, found.pairs + found.counts.candidates);
-  } catch (const std::bad_alloc&) {
-    return;
-  }
-  rules_ = rules;
-  found_ = found;
-  found_.active = active_.data();
-  found_.pairs = pairs_.data();
-  found_.recalled = is_still_ = true;
+  return events.update(*event_pairs_, scene.slots, source, 1);
 }
 
 }  // namespace ode_parallel_sap

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include "space/base/buffer.h"
 #include "space/base/tuning.h"
@@ -21,17 +21,28 @@ namespace ode_parallel_sap {
 
 // Places in a list of geoms; read as they are written, in one word.
 struct PlacePair {
+  static_assert(small_scene_slots <= 0x80, "a place has seven bits");
   std::uint16_t places;
   unsigned earlier() const { return places >> 8; }
-  unsigned later() const { return places & 0xff; }
+  unsigned later() const { return places & 0x7f; }
+  // Boxes that overlap, but are no pair.
+  bool isLeftOut() const { return places & 0x80; }
+  void leaveOut(bool out) {
+    places = static_cast<std::uint16_t>((places & ~0x80) | (out ? 0x80 : 0));
+  }
 };
 
-// Where the pairs of a small scene are put that are not remembered: not on the stack, which may be
-// small, and deep with calls within callbacks.
+// What a small frame finds: not on the stack, which may be small, and deep with calls within
+// callbacks.
 struct SmallLists {
-  Buffer<dxGeom*> active;
-  Buffer<PlacePair> pairs;
+  Buffer<dxGeom*> active;   // the geoms that take part
+  Buffer<PlacePair> pairs;  // of places in these: the boxes that overlap
   Buffer<Group<dReal>> boxes;
+  unsigned actives = 0, overlaps = 0, unbounded = 0;
+  bool user_classes = false;  // among the geoms
+  bool takes_all = false;     // all overlaps are pairs
+  // Of SmallScenes, when the last frame began; 0: none has.
+  std::uint64_t changes = 0;
 
   // For all pairs of so many geoms. False without memory for it.
   bool makeRoom(std::size_t geoms) { return geoms <= active.size() || grow(geoms); }
@@ -41,14 +52,11 @@ struct SmallLists {
   bool grow(std::size_t geoms);
 };
 
-// The geoms of such a scene that take part, and what was found among them.
+// What a small frame found in its lists.
 struct SmallFound {
-  dxGeom* const* active = nullptr;
-  const PlacePair* pairs = nullptr;  // of places in `active`
-  unsigned actives = 0;
   FrameCounts counts = {};
   bool user_classes = false;
-  bool recalled = false;  // what was found is what was remembered
+  bool same = false;  // the pairs are those of the lists' last frame
 };
 
 // What is done with the pairs of a small scene.
@@ -58,61 +66,24 @@ struct SmallReport {
   PairWatcher* watcher;  // sees the pairs; may be 0
 };
 
-// The same promises as the pipeline's without boxes, lists or clocks: for so few geoms those would
-// take most of the time. Once nothing has moved for two frames the candidates are remembered: they
-// stay while no geom is dirty, and all are as they were in what ODE does not announce.
+// The same promises as the pipeline's without stages or clocks: for so few geoms those would take
+// most of the time. While no geom is dirty, comes or goes, the boxes that overlap stay, and only
+// what ODE does not announce is tested again.
 class SmallScenes {
  public:
   // A geom became dirty, came or went.
-  void noteChange() { is_still_ = false; }
+  void noteChange() { ++changes_; }
   // `lists` have room, and no other frame uses them.
   FrameCounts collide(const Scene& scene, const PackRules& rules, SmallLists& lists,
                       Complaints& complaints, Statistics& statistics, const SmallReport& report);
-  std::size_t bytes() const { return bytesOf(seen_, active_, pairs_, event_pairs_); }
+  std::size_t bytes() const { return bytesOf(event_pairs_); }
 
  private:
-  // What decides a geom's pairs while it does not move. That a sub-space is or is not empty any
-  // more makes it dirty.
-  struct Seen {
-    using Difference = std::uintptr_t;
-    static constexpr int flags_seen = GEOM_DIRTY | GEOM_ENABLE_TEST_MASK;
+  bool updateEvents(const Scene& scene, const SmallLists& lists, const SmallFound& found,
+                    PairEvents& events);
 
-    const dxGeom* geom;
-    const dxBody* body;
-    unsigned long category, collide;
-    int flags;
-
-    explicit Seen(const dxGeom* seen)
-        : geom(seen),
-          body(seen->body),
-          category(seen->category_bits),
-          collide(seen->collide_bits),
-          flags(seen->gflags & flags_seen) {}
-    // 0 if it is as it was.
-    Difference difference() const {
-      const auto bits = [](const void* pointer) { return reinterpret_cast<Difference>(pointer); };
-      return (bits(geom->body) ^ bits(body)) | (geom->category_bits ^ category) |
-             (geom->collide_bits ^ collide) |
-             static_cast<unsigned>((geom->gflags & flags_seen) ^ flags);
-    }
-  };
-
-  bool isStill(const PackRules& rules) const;
-  void noteFound(const Scene& scene, const PackRules& rules, Complaints& complaints,
-                 const SmallFound& found);
-  void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
-  bool updateEvents(const Scene& scene, const SmallFound& found, PairEvents& events);
-
-  bool is_still_ = false;      // it was remembered, and noteChange() was not called since
-  unsigned still_frames_ = 0;  // without a move, in a row
-  // What is remembered.
-  PackRules rules_;
-  std::vector<Seen> seen_;
-  std::vector<dxGeom*> active_;
-  std::vector<PlacePair> pairs_;
-  SmallFound found_;  // in these
-
-  PairList event_pairs_;  // by slot
+  std::uint64_t changes_ = 1;
+  std::unique_ptr<PairList> event_pairs_;  // by slot
 };
 
 }  // namespace ode_parallel_sap

@@ -4,9 +4,10 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <memory>
 #include <mutex>
-#include <utility>
 
+#include "space/base/buffer.h"
 #include "space/frame/stage_clock.h"
 
 namespace ode_parallel_sap {
@@ -18,7 +19,8 @@ struct FrameCounts {
            pairs = 0;
 };
 
-inline void setCounts(const FrameCounts& counts, dParallelSAPStats& stats) {
+inline dParallelSAPStats statsOf(const FrameCounts& counts) {
+  dParallelSAPStats stats = {};
   stats.geoms = counts.geoms;
   stats.moved = counts.moved;
   stats.disabled = counts.disabled;
@@ -26,15 +28,16 @@ inline void setCounts(const FrameCounts& counts, dParallelSAPStats& stats) {
   stats.unbounded = counts.unbounded;
   stats.candidates = counts.candidates;
   stats.pairs = counts.pairs;
-}
-
-inline dParallelSAPStats statsOf(const FrameCounts& counts) {
-  dParallelSAPStats stats = {};
-  setCounts(counts, stats);
   stats.backend = dParallelSAPBackendCPU;
   stats.method = dParallelSAPMethodBruteForce;
   stats.threads = stats.find_threads = 1;
   return stats;
+}
+
+inline FrameCounts countsOf(const dParallelSAPStats& stats) {
+  const auto to = [](std::size_t count) { return static_cast<unsigned>(count); };
+  return {to(stats.geoms),     to(stats.moved),      to(stats.disabled), to(stats.invalid),
+          to(stats.unbounded), to(stats.candidates), to(stats.pairs)};
 }
 
 // Sums over frames, queries and rays, and over spaces.
@@ -95,93 +98,113 @@ struct FrameSums {
 class Statistics {
  public:
   // `sums`: they are printed in the end, so every frame is timed and added up.
-  explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums) {}
+  explicit Statistics(bool sums) : sums_(sums ? new Sums : nullptr) {}
 
-  void beginFrame() { ++last_.frames; }
+  void beginFrame() { ++frames_; }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
+  // Without memory no more than what is noted of a small one.
   void note(const dParallelSAPStats& frame, const StageClock& clock) {
-    const unsigned long long frames = last_.frames;
+    small_ = {countsOf(frame), 0, 0};
+    if (!made(last_)) return;
     last_was_small_ = false;
-    last_ = frame;
-    last_.frames = frames;
-    last_.threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
-    last_.update_ms = clock.of(Stage::update);
-    last_.synchronise_ms = clock.of(Stage::synchronise);
-    last_.extract_ms = clock.of(Stage::extract);
-    last_.filter_ms = clock.of(Stage::filter);
-    last_.events_ms = clock.of(Stage::events);
-    last_.narrow_ms = clock.of(Stage::narrow);
-    last_.report_ms = clock.of(Stage::report);
-    last_.total_ms = clock.total();
+    *last_ = frame;
+    last_->threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
+    last_->update_ms = clock.of(Stage::update);
+    last_->synchronise_ms = clock.of(Stage::synchronise);
+    last_->extract_ms = clock.of(Stage::extract);
+    last_->filter_ms = clock.of(Stage::filter);
+    last_->events_ms = clock.of(Stage::events);
+    last_->narrow_ms = clock.of(Stage::narrow);
+    last_->report_ms = clock.of(Stage::report);
+    last_->total_ms = clock.total();
   }
   // The same of a small frame. Few words are written: more would be a good part of a frame of two
   // geoms.
   void noteSmall(const FrameCounts& counts) {
-    if (!std::exchange(last_was_small_, true)) {
-      const unsigned long long frames = last_.frames;
-      last_ = statsOf({});
-      last_.frames = frames;
-    }
-    setCounts(counts, last_);
+    last_was_small_ = true;
+    small_.counts = counts;
   }
   void noteSmallTimes(double found_ms, double report_ms) {
-    last_.extract_ms = found_ms;
-    last_.report_ms = report_ms;
-    last_.total_ms = found_ms + report_ms;
+    small_.found_ms = found_ms;
+    small_.report_ms = report_ms;
   }
   // The last noted frame came to its end.
   void endFrame() {
-    if (!sums_wanted_) return;
-    ++sums_.frames;
-    sums_.addFrames(last_);
+    if (!sums_) return;
+    ++sums_->of.frames;
+    sums_->of.addFrames(last());
   }
 
   // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays or probes: summed only. Any
   // thread may note these.
-  bool timesQueries() const { return sums_wanted_; }
+  bool timesQueries() const { return sums_ != nullptr; }
   enum QueryBy { ray, geom, other };  // other: no batch does it
   void noteQuery(QueryBy by, double ms) {
-    const std::lock_guard<std::mutex> lock(queries_mutex_);
-    ++sums_.queries;
-    sums_.ray_queries += by == ray;
-    sums_.geom_queries += by == geom;
-    sums_.queries_ms += ms;
+    const std::lock_guard<std::mutex> lock(sums_->queries_mutex);
+    ++sums_->of.queries;
+    sums_->of.ray_queries += by == ray;
+    sums_->of.geom_queries += by == geom;
+    sums_->of.queries_ms += ms;
   }
   void noteRays(std::size_t count, double ms) {
-    const std::lock_guard<std::mutex> lock(queries_mutex_);
-    sums_.rays += count;
-    sums_.rays_ms += ms;
+    if (!sums_) return;
+    const std::lock_guard<std::mutex> lock(sums_->queries_mutex);
+    sums_->of.rays += count;
+    sums_->of.rays_ms += ms;
   }
   void noteOverlaps(std::size_t probes, double ms) {
-    const std::lock_guard<std::mutex> lock(queries_mutex_);
-    sums_.probes += probes;
-    sums_.probes_ms += ms;
+    if (!sums_) return;
+    const std::lock_guard<std::mutex> lock(sums_->queries_mutex);
+    sums_->of.probes += probes;
+    sums_->of.probes_ms += ms;
   }
 
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
   // few geoms.
   bool beginSmallFrame() {
-    return sums_wanted_ || (times_wanted_ && small_frames_++ % timed_interval == 0);
+    return sums_ || (times_wanted_ && small_frames_++ % timed_interval == 0);
   }
 
-  unsigned long long frames() const { return last_.frames; }
-  const FrameSums& sums() const { return sums_; }
+  unsigned long long frames() const { return frames_; }
+  FrameSums sums() const { return sums_ ? sums_->of : FrameSums(); }
   // The program reads those of the last frame: small frames are timed from now on.
-  const dParallelSAPStats& onRequest(std::size_t memory_bytes) {
+  dParallelSAPStats onRequest(std::size_t memory_bytes) {
     times_wanted_ = true;
-    if (last_.frames) last_.memory_bytes = memory_bytes;
-    return last_;
+    dParallelSAPStats stats = last();
+    if (frames_) stats.memory_bytes = memory_bytes;
+    return stats;
   }
 
  private:
   static constexpr unsigned timed_interval = 16;  // fixed: frames, as the header says
 
-  bool sums_wanted_, times_wanted_;
-  bool last_was_small_ = false;
+  struct Sums {
+    FrameSums of;
+    std::mutex queries_mutex;
+  };
+
+  dParallelSAPStats last() const {
+    dParallelSAPStats stats = {};
+    if (frames_) stats = last_was_small_ ? statsOf(small_.counts) : *last_;
+    if (last_was_small_) {
+      stats.extract_ms = small_.found_ms;
+      stats.report_ms = small_.report_ms;
+      stats.total_ms = small_.found_ms + small_.report_ms;
+    }
+    stats.frames = frames_;
+    return stats;
+  }
+
+  bool times_wanted_ = false;
+  bool last_was_small_ = true;
   unsigned small_frames_ = 0;  // since times are wanted
-  dParallelSAPStats last_ = {};
-  FrameSums sums_;
-  std::mutex queries_mutex_;
+  unsigned long long frames_ = 0;
+  struct {
+    FrameCounts counts;
+    double found_ms = 0, report_ms = 0;
+  } small_;
+  std::unique_ptr<dParallelSAPStats> last_;  // if that was no small one
+  std::unique_ptr<Sums> sums_;
 };
 
 }  // namespace ode_parallel_sap

@@ -26,11 +26,14 @@ inline bool needsCallingThread(const dxGeom* geom) {
 
 // Whether a space holds nothing but spaces, at any depth. The sorting spaces of older forks of ODE
 // keep their geoms in no list.
-inline bool isEmpty(const dxSpace* space) {
+inline bool holdsNoGeom(const dxSpace* space) {
   if (!space->first) return space->count == 0;
   for (const dxGeom* geom = space->first; geom; geom = geom->next)
-    if (!IS_SPACE(geom) || !isEmpty(static_cast<const dxSpace*>(geom))) return false;
+    if (!IS_SPACE(geom) || !holdsNoGeom(static_cast<const dxSpace*>(geom))) return false;
   return true;
+}
+inline bool isEmpty(const dxSpace* space) {
+  return (!space->first || IS_SPACE(space->first)) && holdsNoGeom(space);
 }
 
 // Enabled, not zero-sized and not an empty sub-space.
@@ -44,9 +47,15 @@ inline BoundBits bitsOfBound(dReal bound) {
   return static_cast<BoundBits>(bitsOf(bound));
 }
 
-// As integers without their signs: to compare a signalling NaN may trap.
+// As integers without their signs: to compare a signalling NaN may trap. Most geoms have no bound
+// of the greatest exponent, to which one more would become a sign.
 inline bool hasNaN(const dxGeom* geom) {
   const BoundBits infinity = bitsOfBound(std::numeric_limits<dReal>::infinity()) << 1;
+  constexpr BoundBits sign = BoundBits{1} << (8 * sizeof(BoundBits) - 1);
+  BoundBits greatest = 0;
+  for (int i = 0; i < 6; ++i)
+    greatest |= (bitsOfBound(geom->aabb[i]) & ~sign) + (sign - infinity / 2);
+  if (!(greatest & sign)) return false;
   bool nan = false;
   for (int i = 0; i < 6; ++i) nan |= (bitsOfBound(geom->aabb[i]) << 1) > infinity;
   return nan;

@@ -40,7 +40,7 @@ inline bool isClearOfPlane(const dReal* aabb, const dReal* plane) {
 }
 
 // Whether one of the geoms is a plane of which the other one's AABB is clear.
-inline bool areClearByPlane(dxGeom* a, dxGeom* b) {
+__attribute__((noinline)) inline bool areClearByPlane(dxGeom* a, dxGeom* b) {
   if (a->type != dPlaneClass && b->type != dPlaneClass) return false;
   dVector4 plane;
   for (const bool swapped : {false, true}) {

@@ -87,8 +87,7 @@ class ParallelSAPSpace::Use {
     for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < most;
          std::this_thread::yield()) {
       std::thread::id nobody;
-      if (!space_.needs_clean_.load(std::memory_order_acquire) && space_.silent_.areClean())
-        return is_guest_ = true;
+      if (space_.isClean()) return is_guest_ = true;
       if (space_.user_.compare_exchange_strong(nobody, std::this_thread::get_id()))
         return alone_ = true;
     }
@@ -100,7 +99,7 @@ class ParallelSAPSpace::Use {
 class ParallelSAPSpace::Lock : public Use {
  public:
   explicit Lock(ParallelSAPSpace& space, Of of = change) : Use(space, of) { count(1); }
-  ~Lock() { count(-1); }
+  __attribute__((always_inline)) ~Lock() { count(-1); }
 
  private:
   void count(int one) {
@@ -114,9 +113,10 @@ class ParallelSAPSpace::Lock : public Use {
 class ParallelSAPSpace::Call : public Lock, public WorkspaceUse {
  public:
   Call(ParallelSAPSpace& space, Of of) : Call(space, of, this + 1) {}
+  __attribute__((always_inline)) ~Call() {}
 
  protected:
-  Call(ParallelSAPSpace& space, Of of, void* end)
+  __attribute__((always_inline)) Call(ParallelSAPSpace& space, Of of, void* end)
       : Lock(space, of), WorkspaceUse(is_guest_ ? nullptr : &space.workspace_, alone_, end) {
     if (!is_guest_) {
       alone_ = !nested();
@@ -136,6 +136,8 @@ class ParallelSAPSpace::SpannedCall : public Call {
  private:
   char span_[1024];
 };
+
+const Reports ParallelSAPSpace::unchanging_{nullptr};
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
@@ -159,7 +161,7 @@ ParallelSAPSpace::~ParallelSAPSpace() {
 }
 
 void ParallelSAPSpace::printTotals() const {
-  const FrameSums &sums = totals(), frame = sums.average();
+  const FrameSums sums = totals(), frame = sums.average();
   if (sums.frames)
     dMessage(
         0,
@@ -251,7 +253,8 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 // A geom came or leaves: running reports are told.
 void ParallelSAPSpace::noteMember() {
   reports_.noteChange();
-  for (Workspace* each = &workspace_; each; each = each->inner.get()) each->frame.limit = nullptr;
+  for (Workspace* each = &workspace_; each; each = each->inner.get())
+    if (each->frame.large) each->frame.large->limit = nullptr;
 }
 
 // Callbacks may destroy geoms with every ODE. One with assertions forbids all other changes, as it
@@ -265,7 +268,7 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
   if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
   needs_clean_.store(true, std::memory_order_relaxed);
   const Slot slot = Slots::slotOf(geom);
-  if (IS_SPACE(geom)) noteMayBeSilent(slot);
+  if (IS_SPACE(geom) && !parallelSAPSpace(static_cast<dxSpace*>(geom))) noteMayBeSilent(slot);
   noteChange(slot);
   if (!isLocked() || lock_count > 0) return;
   if (!IS_SPACE(geom))
@@ -298,7 +301,7 @@ void ParallelSAPSpace::complainOfThreads() {
 
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
 void ParallelSAPSpace::noteChange(Slot slot) {
-  tree_.changed(slot);
+  if (GeomTree* const tree = tree_.get()) tree->changed(slot);
   pipeline_.noteChange(slot);
 }
 
@@ -307,15 +310,8 @@ void ParallelSAPSpace::closeSlots() {
   pipeline_.closeSlots(slots_.geoms());
   swept_.closeSlots(slots_.geoms());
   slots_.close();
-  tree_.reset();
+  if (GeomTree* const tree = tree_.get()) tree->reset();
   silent_.renumber(slots_.geoms());
-}
-
-// Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
-// of which spaces around this one are not to know.
-void ParallelSAPSpace::checkSilent() {
-  silent_.check(*this, slots_.geoms().data());
-  if (ever_swept_) updateSweptBounds();
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
@@ -382,7 +378,7 @@ void ParallelSAPSpace::cleanGeoms() {
 void ParallelSAPSpace::cleanFew() {
   if (!needs_clean_) return;
   const Scene all = scene(/*nested=*/true);
-  if (tree_.clean(slots_.geoms()))
+  if (GeomTree* const tree = tree_.get(); tree && tree->clean(slots_.geoms()))
     all.noteClean();
   else
     pipeline_.clean(all, settings_);
@@ -390,19 +386,20 @@ void ParallelSAPSpace::cleanFew() {
 
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame(const Call& call) {
+  GeomTree* const tree = tree_.get();
   if (!call.nested()) {
     const int part = memory_watch_.noteFrame(count, last_pairs_);
     static_assert(MemoryWatch::parts == Pipeline::parts + 1, "the last part is the space's own");
     if (part == Pipeline::parts) {
       call.workspace()->release();
-      tree_.release();
+      if (tree) tree->release();
       slots_.shrink();
       swept_.shrink();
     } else if (part != MemoryWatch::none) {
       pipeline_.release(part, call.workspace()->frame);
     }
     closeSlots();
-    if (tree_.noteFrame()) call.workspace()->releaseQueries();
+    if (tree && tree->noteFrame()) call.workspace()->releaseQueries();
   }
   const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
   if (notified != notify_all_calls_seen_) notify(nullptr);
@@ -416,15 +413,19 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   });
 }
 
-// The lists of the workspace, or where that is missing others. Those are on the stack of no other
-// call: a callback may need that.
-template <class Lists, class Run>
-void ParallelSAPSpace::withLists(const Call& call, Lists Workspace::*lists, Run run) {
-  const auto withOthers = [&]() __attribute__((noinline)) {
-    Lists others;
-    run(others);
+inline GeomTree* ParallelSAPSpace::treeOf(const Use& use) {
+  return use.isGuest() ? tree_.get() : tree_.made();
+}
+
+// Without a part of its own a call has another one. That is on the stack of no other call: a
+// callback may need that.
+template <class Part, class Run>
+void ParallelSAPSpace::with(Part* own, Run run) {
+  const auto withOther = [&]() __attribute__((noinline)) {
+    Part other;
+    run(other);
   };
-  call.workspace() ? run(call.workspace()->*lists) : withOthers();
+  own ? run(*own) : withOther();
 }
 
 void ParallelSAPSpace::notifyAll() {
@@ -440,7 +441,7 @@ template <class Collide>
 void ParallelSAPSpace::runFrame(Collide collide) {
   const SpannedCall call(*this, Use::change);
   beginFrame(call);
-  withLists(call, &Workspace::frame, [&](FrameLists& lists) {
+  with(call.workspace() ? &call.workspace()->frame : nullptr, [&](FrameLists& lists) {
     last_pairs_ = collide({scene(call.nested()), lists, tree_, settings_, getManualCleanup() != 0});
   });
   if (call.nested()) return;
@@ -455,7 +456,12 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
-  runFrame([&](const FrameCall& frame) { return pipeline_.collideContacts(frame, request); });
+  runFrame([&](const FrameCall& frame) {
+    std::size_t pairs = 0;
+    with(made(frame.lists.large),
+         [&](LargeLists& lists) { pairs = pipeline_.collideContacts(frame, request, lists); });
+    return pairs;
+  });
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
@@ -472,10 +478,10 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
 }
 
 // Has the geom of a query brought up to date by the space that it is in, or is.
-void ParallelSAPSpace::updateOther(dxGeom* geom) {
+inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
   if (IS_SPACE(geom)) {
-    if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
-      other->cleanGeoms();
+    ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom));
+    if (other && (other->ever_swept_ || !other->isClean())) other->cleanGeoms();
   } else if (any_swept.load(std::memory_order_relaxed) && geom->parent_space) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space))
       other->updateSweptBoundsOf(geom);
@@ -489,6 +495,21 @@ inline void ParallelSAPSpace::reportHits(const QueryLists& lists, dxGeom* geom, 
     if (!reports_.changed() || stays(lists, hit)) callback(data, lists.hits[hit], geom);
 }
 
+// The same of few geoms, which needs no lists.
+inline void ParallelSAPSpace::reportFew(const Call& call, dxGeom* geom, void* data,
+                                        dNearCallback* callback) {
+  const Buffer<dxGeom*>& geoms = slots_.geoms();
+  std::uint32_t hits = findFew(geoms, geom, settings_.rules);
+  if (!hits) return;
+  for (std::uint32_t rest = hits; rest; rest &= rest - 1)
+    if (!passesAABBTests(geoms[__builtin_ctz(rest)], geom)) hits &= ~(rest & -rest);
+  const bool within = geom->parent_space == this;
+  const Slot probe = within ? Slots::slotOf(geom) : 0;
+  const Reports::Open open(call.isGuest() ? unchanging_ : reports_);
+  for (; hits && !(within && !geoms[probe]); hits &= hits - 1)
+    if (dxGeom* const own = geoms[__builtin_ctz(hits)]) callback(data, own, geom);
+}
+
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Call call(*this, Use::query);
@@ -498,19 +519,21 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
                                  : geom->type == dRayClass                ? Statistics::ray
                                                                           : Statistics::geom;
   if (prepareQuery(call, geom)) {
-    if (call.isGuest())
+    if (slots_.size() <= few_geoms)
+      reportFew(call, geom, data, callback);
+    else if (call.isGuest())
       queryAsGuest(call, geom, data, callback);
-    else if (Workspace* const own = call.workspace(); own && findHits(call, geom, own->query))
-      reportHits(own->query, geom, data, callback);
+    else if (QueryLists* const own = call.lists(&Workspace::query);
+             own && findHits(call, geom, *own))
+      reportHits(*own, geom, data, callback);
     else
-      queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
+      queryOneByOne(/*guest=*/false, geom, data, callback);
   }
   if (timed) pipeline_.statistics().noteQuery(by, milliseconds(begin, Clock::now()));
 }
 
-// False where the geom is in no pair. Not inline, as is all that a callback need not have above it
-// on the stack.
-__attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
+// False where the geom is in no pair.
+inline bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
   if (!call.isGuest()) checkSilent();
   updateOther(geom);
   if (!call.isGuest()) cleanFew();
@@ -520,15 +543,17 @@ __attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(const Call& call, 
   return true;
 }
 
-// False without memory.
+// False without memory. Not inline, as is all that a callback need not have above it on the stack.
 __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
                                                           QueryLists& lists) {
   try {
-    ode_parallel_sap::findHits(tree_, use.isGuest(), Policy::teamFor(slots_.size(), settings_),
-                               slots_.geoms(), geom, settings_.rules, lists);
+    with(treeOf(use), [&](GeomTree& tree) {
+      ode_parallel_sap::findHits(tree, use.isGuest(), Policy::teamFor(slots_.size(), settings_),
+                                 slots_.geoms(), geom, settings_.rules, lists);
+    });
     lists.found.resizeDiscarding(lists.hits.size());
   } catch (const std::bad_alloc&) {
-    if (!use.isGuest()) tree_.release();
+    if (GeomTree* const tree = tree_.get(); tree && !use.isGuest()) tree->release();
     return false;
   }
   Buffer<dxGeom*>& hits = lists.hits;
@@ -558,8 +583,12 @@ __attribute__((noinline)) void ParallelSAPSpace::queryAsGuest(const Use& use, dx
   if (findHits(use, geom, lists))
     for (dxGeom* const hit : lists.hits) callback(data, hit, geom);
   else
-    queryWithoutMemory(scene(/*nested=*/true, /*guest=*/true), settings_.rules, geom, data,
-                       callback);
+    queryOneByOne(/*guest=*/true, geom, data, callback);
+}
+
+__attribute__((noinline)) void ParallelSAPSpace::queryOneByOne(bool guest, dxGeom* geom, void* data,
+                                                               dNearCallback* callback) {
+  queryWithoutMemory(scene(/*nested=*/true, guest), settings_.rules, geom, data, callback);
 }
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
@@ -574,8 +603,10 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t hits = 0;
-  withLists(call, &Workspace::rays, [&](RayLists& lists) {
-    hits = ode_parallel_sap::castRays(all, tree_, request, way, lists);
+  with(treeOf(call), [&](GeomTree& tree) {
+    with(call.lists(&Workspace::rays), [&](RayLists& lists) {
+      hits = ode_parallel_sap::castRays(all, tree, request, way, lists);
+    });
   });
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
@@ -602,20 +633,28 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;
-  withLists(call, &Workspace::overlaps, [&](OverlapLists& lists) {
-    overlaps = ode_parallel_sap::findOverlaps(all, tree_, settings_.rules, request, way, lists);
+  with(treeOf(call), [&](GeomTree& tree) {
+    with(call.lists(&Workspace::overlaps), [&](OverlapLists& lists) {
+      overlaps = ode_parallel_sap::findOverlaps(all, tree, settings_.rules, request, way, lists);
+    });
   });
   pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));
   return overlaps;
 }
 
-const dParallelSAPStats& ParallelSAPSpace::stats() {
+dParallelSAPStats ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(
       sizeof *this + bytesOf(slots_, silent_, swept_, tree_, pipeline_, workspace_));
 }
 
+// Mostly of the class that it was the last time, which is compared at once.
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {
-  return dynamic_cast<ParallelSAPSpace*>(space);
+  static std::atomic<const std::type_info*> last{&typeid(ParallelSAPSpace)};
+  if (space && &typeid(*space) == last.load(std::memory_order_relaxed))
+    return static_cast<ParallelSAPSpace*>(space);
+  ParallelSAPSpace* const own = dynamic_cast<ParallelSAPSpace*>(space);
+  if (own) last.store(&typeid(*own), std::memory_order_relaxed);
+  return own;
 }
 
 }  // namespace ode_parallel_sap

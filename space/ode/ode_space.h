@@ -19,7 +19,6 @@
 #include "space/ode/swept_bounds.h"
 #include "space/ode/workspace.h"
 #include "space/queries/geom_queries.h"
-#include "space/rays/ray_bounds.h"
 
 namespace ode_parallel_sap {
 
@@ -74,7 +73,7 @@ class ParallelSAPSpace : public dxSpace {
   bool isFast(const dxGeom* geom) const;
 
   // Which pairs begin and end, if events are on.
-  void turnEvents(bool on) { pipeline_.events().turn(on); }
+  void turnEvents(bool on) { pipeline_.turnEvents(on); }
   const PairEvents& events() const { return pipeline_.events(); }
 
   // Whether a call of it runs, or was left by longjmp.
@@ -86,11 +85,11 @@ class ParallelSAPSpace : public dxSpace {
   const Settings& settings() const { return settings_; }
   Settings& changeSettings() { return settings_; }
   // Small scenes are timed from now on.
-  const dParallelSAPStats& stats();
+  dParallelSAPStats stats();
 
  protected:
   // The sums of all frames, if settings().print_stats.
-  const FrameSums& totals() const { return pipeline_.statistics().sums(); }
+  FrameSums totals() const { return pipeline_.statistics().sums(); }
   void setLastStage(std::unique_ptr<LastStage> stage) { pipeline_.setLastStage(std::move(stage)); }
   // Where dxHashSpace has its levels, at the beginning: without assertions ODE's
   // dHashSpaceSetLevels writes there in any space.
@@ -109,24 +108,37 @@ class ParallelSAPSpace : public dxSpace {
             nested, needs_clean_,       guest ? unchanging_ : reports_};
   }
   void beginFrame(const Call& call);
-  template <class Lists, class Run>
-  static void withLists(const Call& call, Lists Workspace::*lists, Run run);
+  template <class Part, class Run>
+  static void with(Part* own, Run run);
+  // A guest makes nothing.
+  inline GeomTree* treeOf(const Use& use);
   template <class Collide>
   void runFrame(Collide collide);
   void closeSlots();
   void noteMayBeSilent(Slot slot);
   void noteSwept();
-  void checkSilent();
-  static void updateOther(dxGeom* geom);
+  // Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
+  // of which spaces around this one are not to know.
+  void checkSilent() {
+    silent_.check(*this, slots_.geoms().data());
+    if (ever_swept_) updateSweptBounds();
+  }
+  // Whether no geom is dirty.
+  bool isClean() const {
+    return !needs_clean_.load(std::memory_order_acquire) && silent_.areClean();
+  }
+  static inline void updateOther(dxGeom* geom);
   void updateSweptBounds();
   void updateSweptBoundsOf(dxGeom* geom);
   void cleanFew();
-  bool prepareQuery(const Call& call, dxGeom* geom);
+  inline bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
   bool stays(const QueryLists& lists, std::size_t hit) const;
   inline void reportHits(const QueryLists& lists, dxGeom* geom, void* data,
                          dNearCallback* callback);
+  inline void reportFew(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
   void queryAsGuest(const Use& use, dxGeom* geom, void* data, dNearCallback* callback);
+  void queryOneByOne(bool guest, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
   void noteMember();
   void requireOpen(const char* function, bool destroys = false) const;
@@ -141,12 +153,12 @@ class ParallelSAPSpace : public dxSpace {
   std::atomic<bool> needs_clean_{false};
   int calls_ = 0;  // that run: the last ones within callbacks of the others
   Reports reports_{this};
-  const Reports unchanging_{nullptr};   // of guests
+  static const Reports unchanging_;     // of guests
   unsigned notify_all_calls_seen_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;
   bool ever_swept_ = false;  // it, or a space of ours in it
-  GeomTree tree_{hasBoundedHits};
+  SharedPart<GeomTree> tree_;
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
   std::size_t last_pairs_ = 0;  // of the last frame

@@ -18,10 +18,9 @@ bool mayBeSilent(const dxGeom* geom) {
   return geom->type == dTriMeshClass || IS_SPACE(geom);
 }
 
-// Ours read the flags themselves. A stock space that is going through its list must not put it into
-// another order.
+// A stock space that is going through its list must not put it into another order.
 void markDirty(dxSpace* space, dxGeom* geom) {
-  if (!parallelSAPSpace(space) && space->lock_count == 0) space->dirty(geom);
+  if (space->lock_count == 0 || parallelSAPSpace(space)) space->dirty(geom);
 }
 
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
@@ -62,20 +61,21 @@ void SilentGeoms::renumber(const Buffer<dxGeom*>& geoms) {
 // may be gone.
 bool SilentGeoms::anyDirty() const {
   int flags = 0;
-  for (const dxGeom* mesh : meshes_) flags |= mesh->gflags;
-  for (const dxGeom* space : spaces_) flags |= space->gflags;
+  for (const dxGeom* mesh : lists_->meshes) flags |= mesh->gflags;
+  if (lists_->any_stock)
+    for (const dxGeom* space : lists_->spaces) flags |= space->gflags;
   if (flags & GEOM_DIRTY) return true;
-  for (const Within& within : within_) flags |= within.mesh->gflags;
+  for (const Within& within : lists_->within) flags |= within.mesh->gflags;
   return (flags & GEOM_DIRTY) != 0;
 }
 
 void SilentGeoms::listMeshes(dxSpace* space, Slot slot) {
-  const auto add = [&](dxGeom* mesh) { within_.push_back({slot, mesh}); };
+  const auto add = [&](dxGeom* mesh) { lists_->within.push_back({slot, mesh}); };
   if (ParallelSAPSpace* const own = parallelSAPSpace(space)) {
-    if (own->forMeshes(add)) any_stock_ = true;
+    if (own->forMeshes(add)) lists_->any_stock = true;
     return;
   }
-  any_stock_ = true;
+  lists_->any_stock = true;
   for (dxGeom* geom = space->first; geom; geom = geom->next) {
     if (geom->type == dTriMeshClass) add(geom);
     if (IS_SPACE(geom)) listMeshes(static_cast<dxSpace*>(geom), slot);
@@ -86,40 +86,48 @@ void SilentGeoms::listMeshes(dxSpace* space, Slot slot) {
 void SilentGeoms::list(dxGeom* const* geoms) {
   const bool all = !within_listed_;
   listed_ = within_listed_ = false;  // should memory end
-  const auto isOther = [&](Slot slot) {
-    return all || changed_.contains(slot) || (any_stock_ && isDirty(geoms[slot]));
-  };
-  const auto isOld = [&](const Within& within) {
-    return !slots_.contains(within.slot) || isOther(within.slot);
-  };
-  within_.erase(std::remove_if(within_.begin(), within_.end(), isOld), within_.end());
-  meshes_.clear();
-  spaces_.clear();
-  any_stock_ = any_stock_ && !all;
   slots_.forEach([&](Slot slot) {
-    dxGeom* const geom = geoms[slot];
-    if (!mayBeSilent(geom)) return slots_.erase(slot);
-    (IS_SPACE(geom) ? spaces_ : meshes_).push_back(geom);
-    if (IS_SPACE(geom) && isOther(slot)) listMeshes(static_cast<dxSpace*>(geom), slot);
+    if (!mayBeSilent(geoms[slot])) slots_.erase(slot);
   });
+  if (slots_.count() > 0 && !made(lists_)) throw std::bad_alloc();
+  if (Lists* const lists = lists_.get()) {
+    const auto isOther = [&](Slot slot) {
+      return all || changed_.contains(slot) || (lists->any_stock && isDirty(geoms[slot]));
+    };
+    const auto isOld = [&](const Within& within) {
+      return !slots_.contains(within.slot) || isOther(within.slot);
+    };
+    lists->within.erase(std::remove_if(lists->within.begin(), lists->within.end(), isOld),
+                        lists->within.end());
+    lists->meshes.clear();
+    lists->spaces.clear();
+    lists->any_stock = lists->any_stock && !all;
+    slots_.forEach([&](Slot slot) {
+      dxGeom* const geom = geoms[slot];
+      (IS_SPACE(geom) ? lists->spaces : lists->meshes).push_back(geom);
+      if (IS_SPACE(geom) && isOther(slot)) listMeshes(static_cast<dxSpace*>(geom), slot);
+    });
+    if (lists->holdNone()) lists_.reset();
+  }
   changed_.clear();
   listed_ = within_listed_ = true;
 }
 
 void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
+  bool any = false;
   try {
     if (!isListed()) list(geoms);
     dxSpace* marked = nullptr;
-    for (const Within& within : within_) {
+    for (std::size_t i = 0; lists_ && i < lists_->within.size(); ++i) {
+      const Within& within = lists_->within[i];
       if (!isDirty(within.mesh)) continue;
       dxSpace* const around = within.mesh->parent_space;
       markDirty(around, within.mesh);
       if (std::exchange(marked, around) != around) makeDirty(around, true);
     }
   } catch (const std::bad_alloc&) {
-    makeDirtyAround(&space);
+    any = makeDirtyAround(&space);
   }
-  bool any = false;
   slots_.forEach([&](Slot slot) {
     if (!mayBeSilent(geoms[slot]) || !isDirty(geoms[slot])) return;
     space.dirty(geoms[slot]);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "space/base/buffer.h"
@@ -14,10 +15,11 @@ namespace ode_parallel_sap {
 
 // dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which marks clean geoms only in
 // their spaces, then does nothing for it, nor for the spaces around it. So a space checks the flags
-// of its meshes, its sub-spaces and the meshes within these, at any depth, before it relies on what
-// it knows of them. A sub-space of ours has a list of its own, which is made anew only where
-// something in it has changed. (Where the program itself cleans or collides a stock sub-space
-// first, ODE erases the trace, and the bounds of that sub-space are stale in any space.)
+// of its meshes and of those within sub-spaces, at any depth, before it relies on what it knows of
+// them; and of sub-spaces if there are stock spaces among them. A sub-space of ours has a list of
+// its own, which is made anew only where a geom came to it or left. (Where the program itself
+// cleans or collides a stock sub-space first, ODE erases the trace, and the bounds of that
+// sub-space are stale in any space.)
 class SilentGeoms {
  public:
   // Makes room for slots below `slots`.
@@ -52,7 +54,7 @@ class SilentGeoms {
     if (!areClean()) checkAll(space, geoms);
   }
   // Whether check() would do nothing.
-  bool areClean() const { return listed_ && ((meshes_.empty() && spaces_.empty()) || !anyDirty()); }
+  bool areClean() const { return listed_ && (!lists_ || !anyDirty()); }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
   // Calls visit(mesh) for the meshes of a space, whose geoms these are, and of all spaces in it.
@@ -60,11 +62,12 @@ class SilentGeoms {
   template <class Visit>
   bool forMeshes(dxGeom* const* geoms, Visit visit) {
     if (!isListed()) list(geoms);
-    for (dxGeom* const mesh : meshes_) visit(mesh);
-    for (const Within& within : within_) visit(within.mesh);
-    return any_stock_;
+    if (!lists_) return false;
+    for (dxGeom* const mesh : lists_->meshes) visit(mesh);
+    for (const Within& within : lists_->within) visit(within.mesh);
+    return lists_->any_stock;
   }
-  std::size_t bytes() const { return bytesOf(slots_, changed_, meshes_, spaces_, within_); }
+  std::size_t bytes() const { return bytesOf(slots_, changed_, lists_); }
 
  private:
   struct Within {
@@ -72,8 +75,18 @@ class SilentGeoms {
     dxGeom* mesh;  // at any depth
   };
 
+  // Null while there is neither a mesh nor a stock space, at any depth.
+  struct Lists {
+    bool any_stock = false;  // at any depth
+    std::vector<dxGeom*> meshes, spaces;
+    std::vector<Within> within;  // those of a sub-space follow each other
+    bool holdNone() const { return meshes.empty() && within.empty() && !any_stock; }
+    std::size_t bytes() const { return bytesOf(meshes, spaces, within); }
+  };
+
   // Stock spaces that are dirty change without a word.
-  bool isListed() const { return listed_ && !any_stock_; }
+  bool isListed() const { return listed_ && !anyStock(); }
+  bool anyStock() const { return lists_ && lists_->any_stock; }
   bool anyDirty() const;
   void checkAll(dxSpace& space, dxGeom* const* geoms);
   void list(dxGeom* const* geoms);
@@ -81,11 +94,9 @@ class SilentGeoms {
 
   SlotSet slots_;
   SlotSet changed_;            // of slots, since they were listed
-  bool listed_ = true;         // slots_ is meshes_ and spaces_
+  bool listed_ = true;         // slots_ is lists_
   bool within_listed_ = true;  // of the other sub-spaces
-  bool any_stock_ = false;     // at any depth
-  std::vector<dxGeom*> meshes_, spaces_;
-  std::vector<Within> within_;  // those of a sub-space follow each other
+  std::unique_ptr<Lists> lists_;
 };
 
 }  // namespace ode_parallel_sap

@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "space/geoms/pack_rules.h"
 #include "space/geoms/pair_watcher.h"
@@ -24,48 +23,54 @@ class SpaceObserver : public PairWatcher {
   virtual void end(double pairs_ms, double frame_ms) { (void)pairs_ms, (void)frame_ms; }
   // A geom leaves the space, or with null any one may leave a sub-space while callbacks run.
   virtual void forget(const dxGeom*) {}
+
+ private:
+  friend class SpaceObservers;
+  std::unique_ptr<SpaceObserver> next_;
+  bool is_due_ = false;  // it sees the pairs of the frame that runs
 };
 
 // All those of a space.
 class SpaceObservers final : public PairWatcher {
  public:
   void add(std::unique_ptr<SpaceObserver> observer) {
-    due_.reserve(all_.size() + 1);
-    all_.push_back(std::move(observer));
+    observer->next_ = std::move(first_);
+    first_ = std::move(observer);
   }
   // The one of this class, or null; and its end.
   template <class Observer>
   Observer* find() const {
-    for (const auto& observer : all_)
-      if (auto* const own = dynamic_cast<Observer*>(observer.get())) return own;
+    for (SpaceObserver* each = first_.get(); each; each = each->next_.get())
+      if (auto* const own = dynamic_cast<Observer*>(each)) return own;
     return nullptr;
   }
   void remove(const SpaceObserver* observer) {
-    for (auto& each : all_)
-      if (each.get() == observer) std::swap(each, all_.back());
-    if (observer) all_.pop_back();
+    for (auto* each = &first_; *each; each = &(*each)->next_)
+      if (each->get() == observer) return void(*each = std::move((*each)->next_));
   }
 
   template <class See>
   void forEach(See see) const {
-    for (const auto& observer : all_) see(*observer);
+    for (SpaceObserver* each = first_.get(); each; each = each->next_.get()) see(*each);
   }
   bool isDue() override {
-    due_.clear();
-    for (const auto& observer : all_)
-      if (observer->isDue()) due_.push_back(observer.get());
-    return !due_.empty();
+    bool any = false;
+    forEach([&](SpaceObserver& each) { any |= each.is_due_ = each.isDue(); });
+    return any;
   }
   void see(dGeomID a, dGeomID b) override {
-    for (SpaceObserver* const observer : due_) observer->see(a, b);
+    forEach([=](SpaceObserver& each) {
+      if (each.is_due_) each.see(a, b);
+    });
   }
   void endPairs() override {
-    for (SpaceObserver* const observer : due_) observer->endPairs();
+    forEach([](SpaceObserver& each) {
+      if (each.is_due_) each.endPairs();
+    });
   }
 
  private:
-  std::vector<std::unique_ptr<SpaceObserver>> all_;
-  std::vector<SpaceObserver*> due_;  // that see the pairs of the frame that runs
+  std::unique_ptr<SpaceObserver> first_;  // each has the next one
 };
 
 }  // namespace ode_parallel_sap

@@ -40,7 +40,8 @@ bool hasEnded(const Workspace& workspace, const char* now) {
 
 }  // namespace
 
-WorkspaceUse::WorkspaceUse(Workspace* outermost, bool alone, void* end) : workspace_(outermost) {
+void WorkspaceUse::enter(bool alone, void* end) {
+  Workspace* const outermost = workspace_;
   while (!alone && workspace_ && workspace_->taken_at &&
          !hasEnded(*workspace_, static_cast<const char*>(end))) {
     if (!workspace_->inner) workspace_->inner.reset(new (std::nothrow) Workspace);

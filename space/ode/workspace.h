@@ -16,9 +16,9 @@ namespace ode_parallel_sap {
 
 struct Workspace {
   FrameLists frame;
-  QueryLists query;
-  RayLists rays;
-  OverlapLists overlaps;
+  std::unique_ptr<QueryLists> query;
+  std::unique_ptr<RayLists> rays;
+  std::unique_ptr<OverlapLists> overlaps;
   const char* taken_at = nullptr;    // where the call that uses it stands on its stack
   std::unique_ptr<Workspace> inner;  // for a call within a callback of that call
 
@@ -28,9 +28,9 @@ struct Workspace {
     inner.reset();
   }
   void releaseQueries() {
-    query = QueryLists();
-    rays = RayLists();
-    overlaps = OverlapLists();
+    query.reset();
+    rays.reset();
+    overlaps.reset();
   }
   std::size_t bytes() const { return bytesOf(frame, query, rays, overlaps, inner); }
 };
@@ -45,7 +45,13 @@ class WorkspaceUse {
  public:
   // `outermost`: of calls that are within no callback; null: it has no workspace. `alone`: all
   // other calls have ended. The call's part of the stack goes on to `end`.
-  WorkspaceUse(Workspace* outermost, bool alone, void* end);
+  WorkspaceUse(Workspace* outermost, bool alone, void* end)
+      : workspace_(outermost), nested_(false) {
+    if (alone && outermost && !outermost->inner)
+      workspace_->taken_at = reinterpret_cast<const char*>(this);
+    else
+      enter(alone, end);
+  }
   ~WorkspaceUse() {
     if (workspace_) workspace_->taken_at = nullptr;
   }
@@ -54,10 +60,17 @@ class WorkspaceUse {
 
   // Null also without memory for an inner one.
   Workspace* workspace() const { return workspace_; }
+  // Those lists of it; null without memory.
+  template <class Lists>
+  Lists* lists(std::unique_ptr<Lists> Workspace::*lists) const {
+    return workspace_ ? made(workspace_->*lists) : nullptr;
+  }
   // Whether it is within a callback of this space.
   bool nested() const { return nested_; }
 
  private:
+  void enter(bool alone, void* end);
+
   Workspace* workspace_;
   bool nested_;
 };

@@ -13,10 +13,6 @@ namespace {
 
 using Geoms = GeomTree::Geoms;
 
-// So few geoms are tested in one pass, without a tree: queries of a robot's links took 0.85 of the
-// instructions.
-constexpr std::size_t few_geoms = 16;
-
 // Few hits are sorted. Many are marked in a set, which is in order.
 void findByTree(const GeomTree& tree, const Geoms& geoms, const dxGeom* geom, QueryLists& lists) {
   Buffer<dxGeom*>& hits = lists.hits;
@@ -38,15 +34,6 @@ void findByTree(const GeomTree& tree, const Geoms& geoms, const dxGeom* geom, Qu
   for (const Slot slot : found) lists.marks.insert(slot);
   lists.marks.forEach(add);
   lists.marks.clear();
-}
-
-void findFew(const Geoms& geoms, dxGeom* geom, const PackRules& rules, Buffer<dxGeom*>& hits) {
-  const PackRules of_queries = rules.ofQueries();
-  const PairRule rule(of_queries);
-  hits.resizeDiscarding(0);
-  for (dxGeom* const own : geoms)
-    if (own && boxesOverlap(own, geom) && isEnabled(own) && rule.mayPair(own, geom))
-      hits.push_back(own);
 }
 
 void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {
@@ -86,7 +73,6 @@ void findHits(const GeomTree* tree, const Geoms& geoms, dxGeom* geom, const Pack
 void findHits(GeomTree& tree, bool guest, int threads, const Geoms& geoms, dxGeom* geom,
               const PackRules& rules, QueryLists& lists) {
   const ScopedMode mode(exactMode());
-  if (geoms.size() <= few_geoms) return findFew(geoms, geom, rules, lists.hits);
   if (guest) {
     const GeomTree::Reader reader(tree);
     findHits(reader.mayRead() ? &tree : nullptr, geoms, geom, rules, lists);

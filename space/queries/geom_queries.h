@@ -2,14 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 #include "space/base/buffer.h"
 #include "space/base/slot_set.h"
-#include "space/geoms/pack_rules.h"
+#include "space/geoms/pair_rule.h"
 #include "space/queries/geom_tree.h"
-
-struct dxGeom;
 
 namespace ode_parallel_sap {
 
@@ -34,5 +33,20 @@ void findHits(const GeomTree* tree, const GeomTree::Geoms& geoms, dxGeom* geom,
 // build. A guest changes nothing but its lists.
 void findHits(GeomTree& tree, bool guest, int threads, const GeomTree::Geoms& geoms, dxGeom* geom,
               const PackRules& rules, QueryLists& lists);
+
+// So few geoms are tested in one pass, without lists or a tree.
+constexpr std::size_t few_geoms = 16;
+// The slots of so few that are hits: a bit each.
+inline std::uint32_t findFew(const GeomTree::Geoms& geoms, dxGeom* geom, const PackRules& rules) {
+  const ScopedMode mode(exactMode());
+  std::uint32_t hits = 0, bit = 1;
+  for (dxGeom* const own : geoms) {
+    if (own && boxesOverlap(own, geom) && isEnabled(own) && filtersMatch(own, geom) &&
+        !(rules.cull_planes && areClearByPlane(own, geom)))
+      hits |= bit;
+    bit <<= 1;
+  }
+  return hits;
+}
 
 }  // namespace ode_parallel_sap

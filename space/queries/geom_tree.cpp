@@ -12,6 +12,7 @@
 #include "space/base/tuning.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
+#include "space/queries/ray_bounds.h"
 
 namespace ode_parallel_sap {
 
@@ -53,7 +54,7 @@ using RealOf = typename std::remove_reference_t<Tree>::RealType;
 
 // Returns how many boxes floats make clearly larger.
 template <class Real>
-std::size_t GeomTree::Tree::pack(const Geoms& geoms, IsBounded is_bounded, int threads) {
+std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads) {
   for (BoxSet& set : boxes) set.wide = sizeof(Real) > sizeof(float);
   Buffer<BasicBox<Real>>& all = boxBufferOf<Real>(boxes[bounded]);
   all.resizeDiscarding(boxes[bounded].size = geoms.size());
@@ -69,7 +70,7 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, IsBounded is_bounded, int t
       bool coarse = false;
       all[slot] = boxOf<Real>(geom, coarse);
       own_count += coarse;
-      if (geom && !is_bounded(geom)) others[thread].push_back(static_cast<Slot>(slot));
+      if (geom && !hasBoundedHits(geom)) others[thread].push_back(static_cast<Slot>(slot));
     }
     count += own_count;
   });
@@ -86,12 +87,11 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, IsBounded is_bounded, int t
   return count;
 }
 
-void GeomTree::Tree::build(const Geoms& geoms, IsBounded is_bounded, int threads) {
+void GeomTree::Tree::build(const Geoms& geoms, int threads) {
   built = false;
   // A small part of them will do as floats.
-  is_wide =
-      pack<float>(geoms, is_bounded, threads) > geoms.size() / 8 && sizeof(dReal) > sizeof(float);
-  if (is_wide) pack<double>(geoms, is_bounded, threads);
+  is_wide = pack<float>(geoms, threads) > geoms.size() / 8 && sizeof(dReal) > sizeof(float);
+  if (is_wide) pack<double>(geoms, threads);
   for (int kind = 0; kind < kinds; ++kind) {
     if (is_wide) {
       boxes[kind].boxes.release();
@@ -123,7 +123,7 @@ void GeomTree::Tree::setUpToDate(std::size_t slots_now) {
 }
 
 // False once there are more rows of strays than that: the tree is then to be built anew.
-bool GeomTree::Tree::refresh(const Geoms& geoms, IsBounded is_bounded, double most_rows) {
+bool GeomTree::Tree::refresh(const Geoms& geoms, double most_rows) {
   const std::size_t places = all_changed ? std::max(geoms.size(), slots) : changed.size();
   const auto slotAt = [&](std::size_t i) { return all_changed ? i : changed[i]; };
   const bool few = withTrees([&](auto& of) {
@@ -136,7 +136,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, IsBounded is_bounded, double mo
         }
       const std::size_t slot = slotAt(i);
       const dxGeom* const geom = geomAt(geoms, slot);
-      const Kind kind = geom && !is_bounded(geom) ? other : bounded;
+      const Kind kind = geom && !hasBoundedHits(geom) ? other : bounded;
       bool coarse;
       of[kind].place(static_cast<Slot>(slot), boxOf<Real>(geom, coarse));
       of[kinds - 1 - kind].place(static_cast<Slot>(slot), inactiveBox<Real>());
@@ -185,13 +185,12 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     const double most_rows =
         cost > slots ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
     if (!close()) return is_current;
-    up_to_date =
-        is_cheap && mechanisms::kept_query_tree && tree_->refresh(geoms, is_bounded_, most_rows);
+    up_to_date = is_cheap && mechanisms::kept_query_tree && tree_->refresh(geoms, most_rows);
   }
   if (!up_to_date) {
     if ((!must && build_cost > expected) || !close()) return false;
     if (!tree_) tree_ = std::make_unique<Tree>();
-    tree_->build(geoms, is_bounded_, threads);
+    tree_->build(geoms, threads);
     stray_rows_ = 0;
   }
   if (!is_open_.load(std::memory_order_relaxed)) is_open_.store(true, std::memory_order_release);

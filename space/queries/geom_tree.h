@@ -35,10 +35,6 @@ class GeomTree {
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
   // Rays meet geoms of the first kind along their way, of the other one by their boxes.
   enum Kind { bounded, other, kinds };
-  using IsBounded = bool (*)(const dxGeom*);
-
-  // What `is_bounded` tells of a geom changes with its AABB only.
-  explicit GeomTree(IsBounded is_bounded) : is_bounded_(is_bounded) {}
 
   void changed(std::size_t slot) {
     if (!asked_) return;
@@ -127,9 +123,9 @@ class GeomTree {
       return is_wide ? work(wide) : work(narrow);
     }
     template <class Real>
-    std::size_t pack(const Geoms& geoms, IsBounded is_bounded, int threads);
-    void build(const Geoms& geoms, IsBounded is_bounded, int threads);
-    bool refresh(const Geoms& geoms, IsBounded is_bounded, double most_rows);
+    std::size_t pack(const Geoms& geoms, int threads);
+    void build(const Geoms& geoms, int threads);
+    bool refresh(const Geoms& geoms, double most_rows);
     void setUpToDate(std::size_t slots);
     std::size_t strayRows() {
       return withTrees([](auto& of) { return of[bounded].strayRows() + of[other].strayRows(); });
@@ -147,7 +143,6 @@ class GeomTree {
     return closed;
   }
 
-  const IsBounded is_bounded_;
   std::unique_ptr<Tree> tree_;
   mutable std::atomic<int> readers_{0};
   std::atomic<bool> is_open_{false};

@@ -14,7 +14,7 @@
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/thread_colliders.h"
 #include "space/geoms/pair_rule.h"
-#include "space/rays/ray_bounds.h"
+#include "space/queries/ray_bounds.h"
 
 namespace ode_parallel_sap {
 

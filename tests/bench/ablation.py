@@ -32,7 +32,7 @@ RUNS = {
     "incremental_trees": ("cache/pair_cache.cpp", "  counts.kept = merge_.replace(", "true"),
     "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "cache_.fat().kept() > 0"),
     "kept_cells": ("pairs/cell_coherence.cpp", "    if (++reuses_ > 1)", "true"),
-    "still_small_scenes": ("frame/small_scenes.cpp", "  found_.recalled = is_still_", "true"),
+    "still_small_scenes": ("frame/small_scenes.cpp", "  lists.changes = changes;", "still"),
     "small_scenes": ("frame/frame.cpp", "  return small_scenes_.collide(", "true"),
     "box_classes": ("pairs/box_classes.cpp", "  classes_.clear();",
                     "std::count(most_short_, most_short_ + 3, std::numeric_limits<Real>::max()) < 3"),

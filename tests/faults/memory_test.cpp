@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <vector>
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
@@ -109,6 +113,30 @@ TEST_CASE("Memory stays the same while the scene does, and while it breathes", "
     CHECK(statsOf(space).memory_bytes <= memory + memory / 4);
   }
 }
+
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+TEST_CASE("A nested space of ten geoms takes at most 1,500 bytes of the heap", "[memory]") {
+  const Space outer;
+  std::vector<dSpaceID> spaces(1000);
+  std::vector<dGeomID> geoms(10 * spaces.size());
+  for (dGeomID& geom : geoms) geom = dCreateSphere(nullptr, 1);
+  Random random(5);
+  const std::size_t before = mallinfo2().uordblks;
+  for (dSpaceID& space : spaces) space = dParallelSAPSpaceCreate(outer);
+  for (std::size_t i = 0; i < geoms.size(); ++i) dSpaceAdd(spaces[i / 10], geoms[i]);
+  const auto callback = [](void*, dGeomID a, dGeomID b) {
+    if (dGeomIsSpace(a)) dSpaceCollide2(a, b, nullptr, [](void*, dGeomID, dGeomID) {});
+  };
+  for (int frame = 0; frame < 6; ++frame) {
+    for (const dGeomID geom : geoms)
+      if (frame < 3) dGeomSetPosition(geom, static_cast<dReal>(random.below(900)), 0, 0);
+    for (const dSpaceID space : spaces) dSpaceCollide(space, nullptr, callback);
+    dSpaceCollide2(outer.geom(), reinterpret_cast<dGeomID>(spaces[0]), nullptr, callback);
+  }
+  CHECK(mallinfo2().uordblks <= before + 1500 * spaces.size());
+  CHECK(statsOf(spaces[0]).memory_bytes <= 1500);
+}
+#endif
 
 TEST_CASE("The memory of queries goes when there are none any more", "[memory]") {
   const Space space, twin;
