@@ -22,8 +22,6 @@ constexpr int items_a_thread = 4;
 // Unit: bytes. From: cuda/check time, cube of 1,000,000.
 // Doubled: no difference. Halved: cube of 1,000,000 1.06 times.
 constexpr std::size_t piece_bytes = 3 << 20;
-// fixed: what travels at a time at least, a part of that.
-constexpr std::size_t least_piece_bytes = piece_bytes / 8;
 
 }  // namespace device
 }  // namespace ode_parallel_sap

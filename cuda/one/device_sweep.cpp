@@ -79,13 +79,33 @@ void DeviceSweep::begin(const Frame& frame) {
   reserve();
   mark(Start);
   clearPlan(c.plan.data(), c.compute);
+  if (frame.isShared()) follow(c.up, c.compute);
+}
+
+// A copy takes up to twice as long as the kernel if the boxes are still in a processor's caches.
+void DeviceSweep::bring(const Box* boxes, std::size_t first, std::size_t last) {
+  Context& c = *context_;
+  if (void* const mapped = c.boxes_lock.mapped()) {
+    survey(static_cast<const float*>(mapped), first, last, c.boxes.data(), c.plan.data(),
+           {frame_.isShared() ? c.up : c.compute, c.processors});
+    if (frame_.isShared()) follow(c.compute, c.up);
+  } else {
+    CHECK_CUDA(cudaMemcpyAsync(reinterpret_cast<Box*>(c.boxes.data()) + first, boxes + first,
+                               (last - first) * sizeof(Box), cudaMemcpyHostToDevice, c.up));
+    arrived(first, last, c.up);
+  }
+}
+
+// Work on `later` waits for what is on `earlier` so far.
+void DeviceSweep::follow(cudaStream_t later, cudaStream_t earlier) {
+  CHECK_CUDA(cudaEventRecord(context_->piece_here, earlier));
+  CHECK_CUDA(cudaStreamWaitEvent(later, context_->piece_here, 0));
 }
 
 void DeviceSweep::arrived(std::size_t first, std::size_t last, cudaStream_t stream) {
   Context& c = *context_;
-  CHECK_CUDA(cudaEventRecord(c.piece_here, stream));
-  CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.piece_here, 0));
-  survey(c.boxes.data(), first, last, c.plan.data(), c.queue());
+  follow(c.compute, stream);
+  survey(c.boxes.data(), first, last, c.boxes.data(), c.plan.data(), c.queue());
 }
 
 void DeviceSweep::reserve() {
@@ -373,8 +393,7 @@ void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
   const Found* const sorted = c.pairs.data();
   sortInPieces([&](std::size_t piece) {
     const std::size_t first = piece * piece_pairs, count = std::min(piece_pairs, total - first);
-    CHECK_CUDA(cudaEventRecord(c.piece_here, c.compute));
-    CHECK_CUDA(cudaStreamWaitEvent(c.down, c.piece_here, 0));
+    follow(c.down, c.compute);
     CHECK_CUDA(cudaMemcpyAsync(to.parts[part].data() + first, sorted + first, count * sizeof(Pair),
                                cudaMemcpyDeviceToHost, c.down));
   });

@@ -48,6 +48,9 @@ class DeviceSweep {
   std::uint32_t wantedRow() const;
   // Room for the boxes to come.
   void begin(const Frame& frame);
+  // Brings boxes [first, last) of these, whose pages boxes_lock may have locked. Of a part, work on
+  // `up` waits for them.
+  void bring(const Box* boxes, std::size_t first, std::size_t last);
   // Boxes [first, last) are on their way on that stream. They are counted by bin when they have
   // come.
   void arrived(std::size_t first, std::size_t last, cudaStream_t stream);
@@ -107,6 +110,7 @@ class DeviceSweep {
   static constexpr double first_pairs_a_slot = 5;
   static constexpr std::size_t least_places_a_box = 8;
 
+  void follow(cudaStream_t later, cudaStream_t earlier);
   void reserve();
   void reservePairs(std::size_t pairs, std::size_t beyond);
   void buildCells();

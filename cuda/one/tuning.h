@@ -37,10 +37,6 @@ constexpr std::size_t row_places_a_pair = 3;
 // (6,000 boxes in one spot: 1.5 times).
 constexpr std::uint32_t most_row = 64;
 
-// What travels to a device is cut into so many pieces, unless they were smaller than
-// least_piece_bytes: the first can be dealt with early.
-constexpr std::size_t pieces_wanted = 4;
-
 // Sorted pairs that travel at a time, 6 MB: while these do, others are sorted.
 constexpr std::size_t piece_pairs = 768 * 1024;
 
