@@ -17,8 +17,8 @@ void clearPlan(ScenePlan* plan, cudaStream_t stream);
 // Only what the search counts; and that there are clusters, if they are to be ignored.
 void clearSearch(ScenePlan* plan, bool ignore_clusters, cudaStream_t stream);
 
-// Counts boxes [begin, end) by bin, and copies those of `from` to `boxes` unless they are there. All
-// are 24-byte boxes.
+// Counts boxes [begin, end) by bin, and copies those of `from` to `boxes` unless they are there.
+// All are 24-byte boxes.
 void survey(const float* from, std::size_t begin, std::size_t end, float* boxes, ScenePlan* plan,
             const KernelQueue& queue);
 

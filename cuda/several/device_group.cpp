@@ -102,9 +102,9 @@ struct DeviceGroup::Array {
 };
 
 // Each member's slice travels over its own link, and on from there to the others. send(member,
-// begin, end) is to start elements [begin, end) on their way to a member, and arrived(member, begin,
-// end, stream) is called when others are that come from another member. An array that is not locked
-// travels as well: the driver copies it first.
+// begin, end) is to start elements [begin, end) on their way to a member, and arrived(member,
+// begin, end, stream) is called when others are that come from another member. An array that is not
+// locked travels as well: the driver copies it first.
 template <class Value, class Send, class Arrived>
 void DeviceGroup::bring(const Array<Value>& array, Send send, Arrived arrived) {
   const std::size_t slice_bytes = array.count * sizeof(Value) / members_.size();
@@ -268,13 +268,12 @@ void DeviceGroup::complete() {
   for (DeviceSweep* member : members_) member->learn(pairs);
 }
 
-// Where the storage of the members' parts is locked their pairs come at once.
 void DeviceGroup::fetch(PairList& pairs) {
-  pairs.clear(members_.size());
   each([&](DeviceSweep& member, std::size_t part) {
     Buffer<Pair>& to = pairs.parts[part];
+    const Pair* const before = to.data();
     to.resizeDiscarding(member.pairs());
-    member.context()->pairs_lock.lock(to.data(), to.bytes(), member.driverContext());
+    if (to.data() != before) member.openPairs(to);
     member.sendPairs(pairs, part);
   });
   each([&](DeviceSweep& member, std::size_t part) {
@@ -301,7 +300,9 @@ void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
       member.open();
     });
     const std::uint32_t row_length = members_[0]->wantedRow();
+    pairs.clear(members_.size());
     each([&](DeviceSweep& member, std::size_t index) {
+      member.openPairs(pairs.parts[index]);
       member.begin({boxes.size,
                     boxes.filter_bits,
                     boxes.filter_bodies,
