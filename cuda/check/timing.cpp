@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cuda/check/check.h"
+#include "cuda/check/motion.h"
 #include "cuda/check/scenes.h"
 #include "space/pairs/sweep.h"
 
@@ -104,7 +105,11 @@ void profile(const std::string& scene, std::size_t size, int threads) {
   PairList pairs;
   sceneOf(scene).fill(size, 11, boxes);
   const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
-  for (int frame = 0; frame < 3; ++frame) device->find(boxes, threads, pairs);
+  Motion motion(boxes);
+  for (int frame = 0; frame < 8; ++frame) {
+    motion.advance();
+    device->find(boxes, threads, pairs);
+  }
 }
 
 bool timeAll(bool quick, int threads) {

@@ -91,8 +91,11 @@ void PageLock::lock(const void* data, std::size_t bytes, const DriverContext& co
   if (!again) refused_ = false;
   last_ = data;
   last_bytes_ = bytes;
-  if (again && !refused_ && Storage::isMapped(bytes))
-    refused_ = !LockedStorage::ofProgram().lock(const_cast<void*>(data), bytes, context);
+  mapped_ = nullptr;
+  if (!again || refused_ || !Storage::isMapped(bytes)) return;
+  void* const host = const_cast<void*>(data);
+  refused_ = !LockedStorage::ofProgram().lock(host, bytes, context);
+  if (!refused_) CHECK_CUDA(cudaHostGetDevicePointer(&mapped_, host, 0));
 }
 
 }  // namespace ode_parallel_sap

@@ -17,8 +17,11 @@ class PageLock {
   // the calling thread. That the system does not let it is no failure: copies are slower, and the
   // same storage is not tried again.
   void lock(const void* data, std::size_t bytes, const DriverContext& context);
+  // What was locked last, as the device knows it; null if it is not locked.
+  void* mapped() const { return mapped_; }
 
  private:
+  void* mapped_ = nullptr;
   const void* last_ = nullptr;
   std::size_t last_bytes_ = 0;
   bool refused_ = false;

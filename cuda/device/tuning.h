@@ -17,13 +17,9 @@ constexpr int blocks_a_processor = 8;
 // Items that a thread takes before there are that many blocks: what a block prepares is worth it.
 constexpr int items_a_thread = 4;
 
-// What travels at a time, at most: 60 us at full speed hide what starting a piece costs, and the
-// first leaves soon.
-// Unit: bytes. From: cuda/check time, cube of 1,000,000.
-// Doubled: no difference. Halved: cube of 1,000,000 1.06 times.
+// What several devices pass on to each other at a time, at least: 60 us at full speed hide what
+// starting a piece costs. Unit: bytes. A round number.
 constexpr std::size_t piece_bytes = 3 << 20;
-// fixed: what travels at a time at least, a part of that.
-constexpr std::size_t least_piece_bytes = piece_bytes / 8;
 
 }  // namespace device
 }  // namespace ode_parallel_sap

@@ -17,17 +17,38 @@ constexpr int choose_threads = octaves;
 constexpr float fixed_point = 65536.0f;
 constexpr std::uint32_t most_run = 4096;
 
-// One thread a box, in strides; a histogram for each block in shared memory. bins + 1
-// counters: binOf is below bins, the last one counts inactive boxes.
+// One thread a box, one block block_threads boxes, in strides; a histogram for each block in shared
+// memory. bins + 1 counters: binOf is below bins, the last one counts inactive boxes. Boxes pass
+// through shared memory, eight bytes a thread at a time: warps read whole lines, also the host's.
 __global__ void __launch_bounds__(block_threads)
-    surveyKernel(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan) {
+    surveyKernel(const float* from, std::size_t begin, std::size_t end, float* boxes,
+                 ScenePlan* plan) {
+  constexpr int words = 3;  // of eight bytes, of a box
   __shared__ std::uint32_t counts[bins + 1];
-  for (int bin = threadIdx.x; bin <= bins; bin += block_threads) counts[bin] = 0;
-  __syncthreads();
+  __shared__ float2 tile[words * block_threads];
+  const int t = threadIdx.x;
+  for (int bin = t; bin <= bins; bin += block_threads) counts[bin] = 0;
   const std::size_t stride = std::size_t{gridDim.x} * block_threads;
-  for (std::size_t i = begin + blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < end;
-       i += stride) {
-    const Record box = loadBox(boxes, i);
+  for (std::size_t first = begin + blockIdx.x * std::size_t{block_threads}; first < end;
+       first += stride) {
+    const int count = static_cast<int>(min(end - first, std::size_t{block_threads}));
+    const float2* const source = reinterpret_cast<const float2*>(from) + words * first;
+    float2* const target = reinterpret_cast<float2*>(boxes) + words * first;
+    float2 read[words];
+#pragma unroll
+    for (int k = 0; k < words; ++k)
+      if (t + k * block_threads < words * count) read[k] = source[t + k * block_threads];
+    __syncthreads();
+#pragma unroll
+    for (int k = 0; k < words; ++k) {
+      const int i = t + k * block_threads;
+      if (i >= words * count) break;
+      tile[i] = read[k];
+      if (from != boxes) target[i] = read[k];
+    }
+    __syncthreads();
+    if (t >= count) continue;
+    const Record box = loadBox(reinterpret_cast<const float*>(tile), t);
     atomicAdd(&counts[isActive(box) ? binOf(box) : bins], 1u);
   }
   __syncthreads();
@@ -294,10 +315,10 @@ void clearSearch(ScenePlan* plan, bool ignore_clusters, cudaStream_t stream) {
   if (ignore_clusters) CHECK_CUDA(cudaMemsetAsync(clustered, 0, sizeof *clustered, stream));
 }
 
-void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,
+void survey(const float* from, std::size_t begin, std::size_t end, float* boxes, ScenePlan* plan,
             const KernelQueue& queue) {
-  launch("survey", surveyKernel, blocksFor(end - begin, queue), block_threads, queue.stream, boxes,
-         begin, end, plan);
+  launch("survey", surveyKernel, blocksFor(end - begin, queue), block_threads, queue.stream, from,
+         begin, end, boxes, plan);
 }
 
 void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uint32_t* keys,

@@ -17,8 +17,9 @@ void clearPlan(ScenePlan* plan, cudaStream_t stream);
 // Only what the search counts; and that there are clusters, if they are to be ignored.
 void clearSearch(ScenePlan* plan, bool ignore_clusters, cudaStream_t stream);
 
-// Counts boxes [begin, end) by bin. `boxes` are 24-byte boxes.
-void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,
+// Counts boxes [begin, end) by bin, and copies those of `from` to `boxes` unless they are there.
+// All are 24-byte boxes.
+void survey(const float* from, std::size_t begin, std::size_t end, float* boxes, ScenePlan* plan,
             const KernelQueue& queue);
 
 // Once all boxes are counted: chooses the classes and gives each box its key. slots[i] = i.

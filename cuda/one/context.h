@@ -47,14 +47,13 @@ struct Context {
   DeviceBuffer<std::uint8_t> flags;
   DeviceBuffer<char> sorted, tree;  // records
   DeviceBuffer<std::uint32_t> counts;
-  DeviceBuffer<unsigned long long> begins, block_begins;
+  DeviceBuffer<unsigned long long> begins;
   DeviceBuffer<std::uint32_t> long_slots;
   device::LongListStore long_store;
-  DeviceBuffer<std::uint32_t> rows;       // the first words of each list
-  DeviceBuffer<device::Found> found;      // pairs beyond the rows
-  DeviceBuffer<std::uint32_t> lists;      // with these in their places
-  DeviceBuffer<device::Found> pairs;      // sorted
-  DeviceBuffer<std::uint8_t> borderline;  // of these (lists.h)
+  DeviceBuffer<std::uint32_t> rows;   // the first words of each list
+  DeviceBuffer<device::Found> found;  // pairs beyond the rows
+  DeviceBuffer<std::uint32_t> lists;  // with these in their places
+  DeviceBuffer<device::Found> pairs;  // sorted, unless they go to the host at once
   // Only where several devices share a scene: the sums of what all have counted. What the others
   // have counted and found, if it cannot be read where it is.
   DeviceBuffer<std::uint32_t> all_counts, copied_counts, copied_rows;
@@ -62,28 +61,25 @@ struct Context {
   DeviceBuffer<char> scratch;
 
   PinnedBuffer<device::Counters> host_counters;
-  PinnedBuffer<unsigned long long> host_begins;
-  PinnedBuffer<std::uint8_t> host_borderline;
+  PinnedBuffer<std::uint8_t> borderline;  // of sorted pairs (lists.h)
 
   std::vector<int> linked, readable;  // devices it was linked with; whose memory it can read
 
   PageLock boxes_lock, bits_lock, bodies_lock, pairs_lock;
   std::vector<std::unique_ptr<Event>> stage_events;
-  Event piece_here, slice_here, filters_here, searched, summarised, result_here;
+  Event piece_here, slice_here, filters_here, searched, result_here;
   CachedGraph graph;
   Stream compute, up, down;
 
-  std::size_t hostBytes() const {
-    return host_counters.bytes() + host_begins.bytes() + host_borderline.bytes();
-  }
+  std::size_t hostBytes() const { return host_counters.bytes() + borderline.bytes(); }
   std::size_t deviceBytes() const {
     return boxes.bytes() + bits.bytes() + bodies.bytes() + all_counts.bytes() +
            copied_counts.bytes() + copied_rows.bytes() + copied_pairs.bytes() + plan.bytes() +
            keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
            starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
-           sorted.bytes() + tree.bytes() + counts.bytes() + begins.bytes() + block_begins.bytes() +
-           long_store.bytes() + long_slots.bytes() + rows.bytes() + found.bytes() + lists.bytes() +
-           pairs.bytes() + borderline.bytes() + scratch.bytes();
+           sorted.bytes() + tree.bytes() + counts.bytes() + begins.bytes() + long_store.bytes() +
+           long_slots.bytes() + rows.bytes() + found.bytes() + lists.bytes() + pairs.bytes() +
+           scratch.bytes();
   }
   ScratchQueue queue() { return {{compute, processors}, scratch}; }
   // Places for pairs beyond the rows.

@@ -74,18 +74,42 @@ std::uint32_t DeviceSweep::wantedRow() const {
 
 void DeviceSweep::begin(const Frame& frame) {
   frame_ = frame;
-  sorted_blocks_ = 0;
   Context& c = *context_;
   reserve();
   mark(Start);
   clearPlan(c.plan.data(), c.compute);
+  if (frame.isShared()) follow(c.up, c.compute);
+}
+
+// A copy takes up to twice as long as the kernel if the boxes are still in a processor's caches.
+void DeviceSweep::bring(const Box* boxes, std::size_t first, std::size_t last) {
+  Context& c = *context_;
+  if (void* const mapped = c.boxes_lock.mapped()) {
+    survey(static_cast<const float*>(mapped), first, last, c.boxes.data(), c.plan.data(),
+           {frame_.isShared() ? c.up : c.compute, c.processors});
+    if (frame_.isShared()) follow(c.compute, c.up);
+  } else {
+    CHECK_CUDA(cudaMemcpyAsync(reinterpret_cast<Box*>(c.boxes.data()) + first, boxes + first,
+                               (last - first) * sizeof(Box), cudaMemcpyHostToDevice, c.up));
+    arrived(first, last, c.up);
+  }
+}
+
+// Work on `later` waits for what is on `earlier` so far.
+void DeviceSweep::follow(cudaStream_t later, cudaStream_t earlier) {
+  CHECK_CUDA(cudaEventRecord(context_->piece_here, earlier));
+  CHECK_CUDA(cudaStreamWaitEvent(later, context_->piece_here, 0));
+}
+
+void DeviceSweep::openPairs(const Buffer<Pair>& to) {
+  context_->pairs_lock.lock(to.data(), to.bytes(), driver_context_);
+  host_places_ = to.capacity();
 }
 
 void DeviceSweep::arrived(std::size_t first, std::size_t last, cudaStream_t stream) {
   Context& c = *context_;
-  CHECK_CUDA(cudaEventRecord(c.piece_here, stream));
-  CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.piece_here, 0));
-  survey(c.boxes.data(), first, last, c.plan.data(), c.queue());
+  follow(c.compute, stream);
+  survey(c.boxes.data(), first, last, c.boxes.data(), c.plan.data(), c.queue());
 }
 
 void DeviceSweep::reserve() {
@@ -105,10 +129,8 @@ void DeviceSweep::reserve() {
   c.counts.reserve(slots + 1);
   if (frame_.isShared()) c.all_counts.reserve(slots + 1);
   c.begins.reserve(slots + 1);
-  c.block_begins.reserve(blocks() + 1);
   c.long_slots.reserve(slots);
   c.host_counters.reserve(1);
-  c.host_begins.reserve(blocks() + 1);
   row_length_ = frame_.row_length;
   c.rows.reserve(slots * row_length_);
   // Few are beyond rows, but each warp that has some takes chunk_places.
@@ -121,7 +143,6 @@ void DeviceSweep::reservePairs(std::size_t pairs, std::size_t beyond) {
   Context& c = *context_;
   c.found.reserve(beyond + overflow_places);
   c.lists.reserve(pairs);
-  c.pairs.reserve(pairs);
 }
 
 void DeviceSweep::orderAndSearch() {
@@ -240,27 +261,19 @@ void DeviceSweep::listOwn(const PartCounts& counts) {
 // From where the lists will be.
 void DeviceSweep::summarise(const std::uint32_t* counts) {
   Context& c = *context_;
-  summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(),
-                 {c.block_begins.data(), c.long_slots.data()}, c.queue());
+  summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(), c.long_slots.data(),
+                 c.queue());
   mark(Scanned);
 }
 
-// Asks for what the host has to know. The first lists are sorted before it knows that all is done;
-// the others are better sorted while these travel.
+// Asks for what the host has to know. One device sorts the lists meanwhile, unless they do not fit.
 void DeviceSweep::collect() {
   Context& c = *context_;
-  CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
-  sorted_blocks_ = frame_.isShared() ? 0 : std::min(blocks(), blocks_at_once_);
-  if (sorted_blocks_) clearBorderline(sortedPlaces());
-  sortLists(lists(), 0, sorted_blocks_, c.queue());
-
-  CHECK_CUDA(cudaStreamWaitEvent(c.down, c.summarised, 0));
+  follow(c.down, c.compute);
   CHECK_CUDA(cudaMemcpyAsync(c.host_counters.data(), &c.plan.data()->counters, sizeof(Counters),
                              cudaMemcpyDeviceToHost, c.down));
-  CHECK_CUDA(cudaMemcpyAsync(c.host_begins.data(), c.block_begins.data(),
-                             (blocks() + 1) * sizeof(unsigned long long), cudaMemcpyDeviceToHost,
-                             c.down));
   CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
+  if (!frame_.isShared()) sortShortLists();
 }
 
 std::size_t DeviceSweep::found() const {
@@ -268,7 +281,7 @@ std::size_t DeviceSweep::found() const {
 }
 
 std::size_t DeviceSweep::pairs() const {
-  return context_->host_begins[blocks()];
+  return context_->host_counters[0].pairs;
 }
 
 bool DeviceSweep::isClustered() const {
@@ -280,14 +293,13 @@ bool DeviceSweep::isDone() {
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
   const bool fits =
       found() <= c.foundPlaces() && (frame_.isShared() || pairs() <= c.lists.capacity());
-  if (pairs() > sortedPlaces()) sorted_blocks_ = 0;
-  const unsigned long long* const begins = c.host_begins.data();
-  blocks_at_once_ = std::upper_bound(begins, begins + blocks(), most_sorted_at_once) - begins;
   pairs_expected_ = pairs() + pairs() / 4;
   // Warps leave some places empty, not always the same number.
   beyond_expected_ = found() + found() / 4;
+  const bool done = fits && !isClustered();
+  if (!done) CHECK_CUDA(cudaStreamSynchronize(c.compute));  // which may be sorting what there is
   if (!fits) reservePairs(pairs_expected_, beyond_expected_);
-  return fits && !isClustered();
+  return done;
 }
 
 void DeviceSweep::learn(std::size_t all_pairs) {
@@ -315,9 +327,16 @@ void DeviceSweep::takeRows(const std::uint32_t* words) {
   list_rows_.of[list_rows_.parts++].words = words;
 }
 
+// The host's list, if its pages are locked: a kernel writes it as fast as a copy, and sooner.
+Found* DeviceSweep::sortedPairs() {
+  void* const mapped = context_->pairs_lock.mapped();
+  return mapped ? static_cast<Found*>(mapped) : context_->pairs.data();
+}
+
 // Pairs for which there is room in the lists and where they go when they are sorted.
 std::size_t DeviceSweep::sortedPlaces() const {
-  return std::min(context_->lists.capacity(), context_->pairs.capacity());
+  const Context& c = *context_;
+  return std::min(c.lists.capacity(), c.pairs_lock.mapped() ? host_places_ : c.pairs.capacity());
 }
 
 // The lists after scatter, and where they go when they are sorted.
@@ -327,60 +346,34 @@ Lists DeviceSweep::lists() {
   if (!frame_.isShared()) rows = {{{c.rows.data(), nullptr}}, 1, row_length_, 0};
   return {rows,           c.lists.data(),
           sortedPlaces(), c.begins.data(),
-          frame_.boxes,   {c.pairs.data(), c.borderline.data()}};
+          frame_.boxes,   {sortedPairs(), c.borderline.data()}};
 }
 
-void DeviceSweep::clearBorderline(std::size_t pairs) {
+void DeviceSweep::sortShortLists() {
   Context& c = *context_;
-  const std::size_t segments = segmentsFor(pairs);
+  const std::size_t segments = segmentsFor(sortedPlaces());
   c.borderline.reserve(segments);
-  CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
-}
-
-// Calls sorted(i) when it has asked for what pairs [i, i + 1) * piece_pairs need.
-template <class Sorted>
-void DeviceSweep::sortInPieces(Sorted sorted) {
-  Context& c = *context_;
-  const std::size_t total = pairs(), pieces = (total + piece_pairs - 1) / piece_pairs;
-  const unsigned long long* const begins = c.host_begins.data();
-  const std::uint32_t long_lists = c.host_counters[0].long_lists;
-  if (sorted_blocks_ == 0) clearBorderline(total);
-  for (std::size_t piece = 0; piece < pieces; ++piece) {
-    const std::size_t words = std::min(total, (piece + 1) * piece_pairs);
-    // Up to the first block that begins at or after the piece's end.
-    const std::size_t end =
-        words == total ? blocks() : std::lower_bound(begins, begins + blocks(), words) - begins;
-    if (end > sorted_blocks_) {
-      sortLists(lists(), sorted_blocks_, end, c.queue());
-      sorted_blocks_ = end;
-    }
-    if (!long_lists) sorted(piece);
-  }
-  if (long_lists) {
-    sortLongLists(lists(), {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
-                  c.long_store, c.queue());
-    for (std::size_t piece = 0; piece < pieces; ++piece) sorted(piece);
-  }
-  mark(Listed);
+  std::fill_n(c.borderline.data(), segments, std::uint8_t{0});
+  sortLists(lists(), c.queue());
+  places_sorted_ = sortedPlaces();
 }
 
 void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
   Context& c = *context_;
-  const std::size_t total = pairs(), segments = segmentsFor(total);
+  const std::size_t total = pairs();
   if (total == 0) return mark(Listed);
-  c.host_borderline.reserve(segments);
-  c.pairs.reserve(total);
-  const Found* const sorted = c.pairs.data();
-  sortInPieces([&](std::size_t piece) {
-    const std::size_t first = piece * piece_pairs, count = std::min(piece_pairs, total - first);
-    CHECK_CUDA(cudaEventRecord(c.piece_here, c.compute));
-    CHECK_CUDA(cudaStreamWaitEvent(c.down, c.piece_here, 0));
-    CHECK_CUDA(cudaMemcpyAsync(to.parts[part].data() + first, sorted + first, count * sizeof(Pair),
-                               cudaMemcpyDeviceToHost, c.down));
-  });
-  CHECK_CUDA(cudaMemcpyAsync(c.host_borderline.data(), c.borderline.data(), segments,
-                             cudaMemcpyDeviceToHost, c.down));
-  CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
+  const bool at_once = c.pairs_lock.mapped();
+  if (!at_once) c.pairs.reserve(total);
+  if (frame_.isShared() || total > places_sorted_) sortShortLists();
+  const Counters& counters = c.host_counters[0];
+  if (counters.long_lists)
+    sortLongLists(lists(), {c.long_slots.data(), counters.long_lists, counters.long_words},
+                  c.long_store, c.queue());
+  mark(Listed);
+  if (!at_once)
+    CHECK_CUDA(cudaMemcpyAsync(to.parts[part].data(), c.pairs.data(), total * sizeof(Pair),
+                               cudaMemcpyDeviceToHost, c.compute));
+  CHECK_CUDA(cudaEventRecord(c.result_here, c.compute));
 }
 
 void DeviceSweep::finishPairs(PairList& to, std::size_t part) {
@@ -389,7 +382,7 @@ void DeviceSweep::finishPairs(PairList& to, std::size_t part) {
   if (total == 0) return;
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
   for (std::size_t i = 0; i < segments; ++i)
-    if (c.host_borderline[i])
+    if (c.borderline[i])
       to.borderline.push_back({part, i * segment_pairs, std::min((i + 1) * segment_pairs, total)});
 }
 

@@ -13,9 +13,9 @@
 
 namespace ode_parallel_sap {
 
-// Calls come in the order open, begin, arrived..., order and search or orderAndSearch, isDone until
-// it is true, then sendPairs and finishPairs; or release at any time. The device is current for the
-// calling thread. All but wait and release throw DeviceFailure.
+// Calls come in the order open, openPairs, begin, arrived..., order and search or orderAndSearch,
+// isDone until it is true, then sendPairs and finishPairs; or release at any time. The device is
+// current for the calling thread. All but wait and release throw DeviceFailure.
 class DeviceSweep {
  public:
   // What is in a frame. Box i is that of slot i.
@@ -48,6 +48,9 @@ class DeviceSweep {
   std::uint32_t wantedRow() const;
   // Room for the boxes to come.
   void begin(const Frame& frame);
+  // Brings boxes [first, last) of these, whose pages boxes_lock may have locked. Of a part, work on
+  // `up` waits for them.
+  void bring(const Box* boxes, std::size_t first, std::size_t last);
   // Boxes [first, last) are on their way on that stream. They are counted by bin when they have
   // come.
   void arrived(std::size_t first, std::size_t last, cudaStream_t stream);
@@ -88,8 +91,11 @@ class DeviceSweep {
   OwnRows ownRowsOf(const DeviceSweep& part) const;
   void takeRows(const std::uint32_t* words);
 
-  // Sorts the lists and sends them as pairs, piece by piece, to a part of `pairs`, which has room
-  // for them. finishPairs waits until all are there.
+  // Where pairs are to go, from before the search on: they do so at once if they have room, and if
+  // this is the second time in a row.
+  void openPairs(const Buffer<Pair>& to);
+  // Sorts the lists and sends them as pairs to a part of `pairs`, which has room for them.
+  // finishPairs waits until all are there.
   void sendPairs(PairList& pairs, std::size_t part);
   void finishPairs(PairList& pairs, std::size_t part);
 
@@ -107,24 +113,21 @@ class DeviceSweep {
   static constexpr double first_pairs_a_slot = 5;
   static constexpr std::size_t least_places_a_box = 8;
 
+  void follow(cudaStream_t later, cudaStream_t earlier);
   void reserve();
   void reservePairs(std::size_t pairs, std::size_t beyond);
   void buildCells();
   void search(bool ignore_clusters);
   void summarise(const std::uint32_t* counts);
   void collect();
-  void clearBorderline(std::size_t pairs);
-  template <class Sorted>
-  void sortInPieces(Sorted sorted);
+  void sortShortLists();
+  device::Found* sortedPairs();
   std::size_t sortedPlaces() const;
   device::Lists lists();
   device::CellStore cellStore();
   device::FoundPairs foundPairs();
   device::OpenLists openLists();
   device::Rows rows() { return {context_->rows.data(), row_length_}; }
-  std::size_t blocks() const {
-    return (frame_.boxes + device::list_block - 1) / device::list_block;
-  }
 
   const int device_;
   bool isGone();
@@ -138,9 +141,8 @@ class DeviceSweep {
   double pairs_a_slot_ = first_pairs_a_slot;
   std::uint32_t row_length_ = 0;     // 0: no rows
   device::ListRows list_rows_ = {};  // of all parts, where there are several
-  // Blocks of slots whose lists are sorted but the long ones, and how many that is before the host
-  // knows.
-  std::size_t sorted_blocks_ = 0, blocks_at_once_ = 0;
+  // Of the host's list, and those that there were when lists were sorted last.
+  std::size_t host_places_ = 0, places_sorted_ = 0;
   std::uint32_t* slots_ = nullptr;  // one of the context's: in their order
 };
 

@@ -46,17 +46,13 @@ __device__ void noteLong(std::uint32_t count, std::uint32_t slot, ScenePlan* pla
   if (is_long) long_slots[first + place] = slot;
 }
 
-// One thread a slot, one block list_block slots. The last block's last threads have no slot;
-// block_begins has a place for each block and one more.
+// One thread a slot, one block list_block slots. The last block's last threads have no slot.
 __global__ void __launch_bounds__(list_block)
     summariseKernel(const std::uint32_t* counts, const unsigned long long* begins,
-                    std::size_t slots, ScenePlan* plan, ListSummary summary) {
+                    std::size_t slots, ScenePlan* plan, std::uint32_t* long_slots) {
   const std::size_t slot = std::size_t{blockIdx.x} * list_block + threadIdx.x;
-  if (threadIdx.x == 0) summary.block_begins[blockIdx.x] = begins[slot];
-  const std::uint32_t count = slot < slots ? counts[slot] : 0;
-  noteLong(count, static_cast<std::uint32_t>(slot), plan, summary.long_slots);
-  if (blockIdx.x == gridDim.x - 1 && threadIdx.x == 0)
-    summary.block_begins[gridDim.x] = begins[slots];
+  if (slot == 0) plan->counters.pairs = begins[slots];
+  noteLong(slot < slots ? counts[slot] : 0, static_cast<std::uint32_t>(slot), plan, long_slots);
 }
 
 // One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
@@ -213,6 +209,8 @@ __device__ void sortList(const Lists& of, std::size_t slot, unsigned long long b
     if (k < length) to[k] = words[k];
 }
 
+constexpr int line_pairs = 16;  // fixed: 128 bytes
+
 static_assert(list_block <= 256, "a byte tells a list of a block");
 static_assert(long_list == 32, "registers hold the words of a list");
 
@@ -229,12 +227,12 @@ struct ShortLists {
 // says. If found pairs did not fit, scatter left places unfilled: words are anything then, and the
 // search is made again.
 template <bool of_parts>
-__global__ void __launch_bounds__(list_block) sortKernel(Lists of, std::size_t first_block) {
+__global__ void __launch_bounds__(list_block) sortKernel(Lists of) {
   __shared__ ShortLists block;
   const std::size_t slots = of.slots;
   if (of.begins[slots] > of.capacity) return;
   const int t = threadIdx.x, lane = t % 32, warp = t / 32;
-  const std::size_t first = (first_block + blockIdx.x) * list_block, slot = first + t;
+  const std::size_t first = std::size_t{blockIdx.x} * list_block, slot = first + t;
   const unsigned long long begin = of.begins[min(slot, slots)];
   const unsigned long long end = of.begins[min(slot + 1, slots)];
   const std::uint32_t length =
@@ -266,7 +264,10 @@ __global__ void __launch_bounds__(list_block) sortKernel(Lists of, std::size_t f
     block.list_at[place + k] = static_cast<std::uint8_t>(t);
   block.shift[t] = begin - place;
   __syncthreads();
-  for (std::uint32_t i = t; i < count; i += list_block) {
+  // Warps write whole lines: the host's memory may be where they go.
+  const int ahead = static_cast<int>(of.begins[first] % line_pairs);
+  for (int i = t - ahead; i < static_cast<int>(count); i += list_block) {
+    if (i < 0) continue;
     const int list = block.list_at[i];
     writePair(of.to, block.shift[list] + i, block.words[i],
               static_cast<std::uint32_t>(first + list));
@@ -349,10 +350,10 @@ void scanCounts(const std::uint32_t* counts, unsigned long long* begins, std::si
 }
 
 void summariseLists(const std::uint32_t* counts, const unsigned long long* begins,
-                    std::size_t slots, ScenePlan* plan, const ListSummary& summary,
+                    std::size_t slots, ScenePlan* plan, std::uint32_t* long_slots,
                     const KernelQueue& queue) {
   launch("summarise lists", summariseKernel, (slots + list_block - 1) / list_block, list_block,
-         queue.stream, counts, begins, slots, plan, summary);
+         queue.stream, counts, begins, slots, plan, long_slots);
 }
 
 void scatterPairs(const FoundPairs& found, const ScenePlan* plan, const OpenLists& to,
@@ -367,11 +368,10 @@ void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* pla
          queue.stream, found, count, plan, to);
 }
 
-void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
-  if (begin == end) return;
+void sortLists(const Lists& lists, const KernelQueue& queue) {
   const bool of_parts = lists.rows.length && lists.rows.parts > 1;
-  launch("sort lists", of_parts ? sortKernel<true> : sortKernel<false>, end - begin, list_block,
-         queue.stream, lists, begin);
+  launch("sort lists", of_parts ? sortKernel<true> : sortKernel<false>,
+         (lists.slots + list_block - 1) / list_block, list_block, queue.stream, lists);
 }
 
 void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,

@@ -18,15 +18,10 @@ namespace device {
 void scanCounts(const std::uint32_t* counts, unsigned long long* begins, std::size_t slots,
                 const ScratchQueue& queue);
 
-// What the host needs beside the plan's counters.
-struct ListSummary {
-  // Where the lists of each block of list_block slots begin, and one more for the end.
-  unsigned long long* block_begins;
-  std::uint32_t* long_slots;  // whose lists are longer than long_list
-};
-// Before scatter.
+// Counts pairs and long lists in `plan`, and notes the slots of these, which are longer than
+// long_list. Before scatter.
 void summariseLists(const std::uint32_t* counts, const unsigned long long* begins,
-                    std::size_t slots, ScenePlan* plan, const ListSummary& summary,
+                    std::size_t slots, ScenePlan* plan, std::uint32_t* long_slots,
                     const KernelQueue& queue);
 
 // Lists with a place for each pair: that of slot i begins at words[begins[i]]. left[i], at first
@@ -48,7 +43,7 @@ void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* pla
                      const OpenLists& to, const KernelQueue& queue);
 
 // Pairs as the host has them (space/base/pair_list.h), in order, and for each segment_pairs of them
-// whether one is borderline, which is 0 before.
+// whether one is borderline, which is 0 before. Both may be in the host's memory.
 struct SortedPairs {
   Found* pairs;
   std::uint8_t* borderline;
@@ -79,8 +74,8 @@ struct Lists {
   SortedPairs to;
 };
 
-// Sorts the lists of blocks [begin, end) but the long ones. Does nothing if they do not fit.
-void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue);
+// Sorts the lists but the long ones. Does nothing if they do not fit.
+void sortLists(const Lists& lists, const KernelQueue& queue);
 
 // What sorting long lists needs beside them; grows as needed.
 struct LongListStore {

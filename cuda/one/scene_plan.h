@@ -60,6 +60,7 @@ struct PairRange {
 struct Counters {
   // Cleared before another search; nothing else is.
   unsigned long long found;       // places taken in the buffer of found pairs
+  unsigned long long pairs;       // in all lists
   unsigned long long long_words;  // of all long lists
   std::uint32_t long_lists;
   std::uint32_t cells_dealt;  // to warps that search, beyond those dealt in strides

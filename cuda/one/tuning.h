@@ -25,10 +25,6 @@ constexpr std::uint32_t chunk_places = 256;
 // Cells whose boxes are loaded together, to wait for memory once.
 constexpr int cells_at_once = 2;
 
-// The lists of the first so many pairs are sorted before the host knows that all were found, which
-// saves it a way to the device. The others are sorted in pieces, while these travel.
-constexpr std::size_t most_sorted_at_once = std::size_t{1} << 20;
-
 // Places in each slot's row for its first words, for each pair that slots have on average. Earlier
 // slots have more later ones: up to twice as many.
 constexpr std::size_t row_places_a_pair = 3;
@@ -36,13 +32,6 @@ constexpr std::size_t row_places_a_pair = 3;
 // Where rows would have to be longer there are none: most lists are, which takes longer with rows
 // (6,000 boxes in one spot: 1.5 times).
 constexpr std::uint32_t most_row = 64;
-
-// What travels to a device is cut into so many pieces, unless they were smaller than
-// least_piece_bytes: the first can be dealt with early.
-constexpr std::size_t pieces_wanted = 4;
-
-// Sorted pairs that travel at a time, 6 MB: while these do, others are sorted.
-constexpr std::size_t piece_pairs = 768 * 1024;
 
 }  // namespace device
 }  // namespace ode_parallel_sap

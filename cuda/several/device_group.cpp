@@ -101,27 +101,28 @@ struct DeviceGroup::Array {
   Value* (*to)(Context&);  // where it goes on a device, which has room for it
 };
 
-// Each member's slice travels over its own link, and on from there to the others. arrived(member,
-// begin, end, stream) is called when elements [begin, end) are on their way to a member. An array
-// that is not locked travels as well: the driver copies it first.
-template <class Value, class Arrived>
-void DeviceGroup::bring(const Array<Value>& array, Arrived arrived) {
+// Each member's slice travels over its own link, and on from there to the others. send(member,
+// begin, end) is to start elements [begin, end) on their way to a member, and arrived(member,
+// begin, end, stream) is called when others are that come from another member. An array that is not
+// locked travels as well: the driver copies it first.
+template <class Value, class Send, class Arrived>
+void DeviceGroup::bring(const Array<Value>& array, Send send, Arrived arrived) {
   const std::size_t slice_bytes = array.count * sizeof(Value) / members_.size();
   const std::size_t rounds =
       isShared() ? std::clamp<std::size_t>(slice_bytes / device::piece_bytes, 1, most_exchanged)
-                 : std::clamp<std::size_t>(slice_bytes / device::least_piece_bytes, 1,
-                                           device::pieces_wanted);
+                 : 1;
   each([&](DeviceSweep& member, std::size_t) {
     (member.context()->*array.lock)
         .lock(array.from.data(), array.from.bytes(), member.driverContext());
   });
   for (std::size_t round = 0; round < rounds; ++round)
-    bringSlices(array, static_cast<int>(round), static_cast<int>(rounds), arrived);
+    bringSlices(array, static_cast<int>(round), static_cast<int>(rounds), send, arrived);
 }
 
 // A round of several brings a part of each slice.
-template <class Value, class Arrived>
-void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, Arrived arrived) {
+template <class Value, class Send, class Arrived>
+void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, Send send,
+                              Arrived arrived) {
   const int members = static_cast<int>(members_.size());
   const auto sliceOf = [&](std::size_t index) {
     const Range whole = partOf(array.count, static_cast<int>(index), members);
@@ -131,10 +132,7 @@ void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, 
   each([&](DeviceSweep& member, std::size_t index) {
     Context& c = *member.context();
     const Range slice = sliceOf(index);
-    CHECK_CUDA(cudaMemcpyAsync(array.to(c) + slice.begin, array.from.data() + slice.begin,
-                               (slice.end - slice.begin) * sizeof(Value), cudaMemcpyHostToDevice,
-                               c.up));
-    arrived(member, slice.begin, slice.end, c.up);
+    send(member, slice.begin, slice.end);
     if (isShared()) CHECK_CUDA(cudaEventRecord(c.slice_here, c.up));
   });
   each([&](DeviceSweep& member, std::size_t index) {
@@ -149,13 +147,18 @@ void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, 
   });
 }
 
-// Boxes are counted by bin piece by piece, while the next ones travel.
+// Boxes are counted by bin as they come.
 void DeviceGroup::bringBoxes(const BoxSet& boxes) {
   const Array<Box> array = {boxes.boxes, boxes.size, &Context::boxes_lock,
                             [](Context& c) { return reinterpret_cast<Box*>(c.boxes.data()); }};
-  bring(array, [](DeviceSweep& member, std::size_t begin, std::size_t end, cudaStream_t stream) {
-    if (begin < end) member.arrived(begin, end, stream);
-  });
+  bring(
+      array,
+      [&](DeviceSweep& member, std::size_t begin, std::size_t end) {
+        if (begin < end) member.bring(boxes.boxes.data(), begin, end);
+      },
+      [](DeviceSweep& member, std::size_t begin, std::size_t end, cudaStream_t stream) {
+        if (begin < end) member.arrived(begin, end, stream);
+      });
 }
 
 void DeviceGroup::bringFilters(const BoxSet& boxes) {
@@ -168,14 +171,24 @@ void DeviceGroup::bringFilters(const BoxSet& boxes) {
     if (boxes.filter_bits) member.context()->bits.reserve(boxes.size);
     if (boxes.filter_bodies) member.context()->bodies.reserve(boxes.size);
   });
+  const auto bringCopies = [&](const auto& array) {
+    bring(
+        array,
+        [&](DeviceSweep& member, std::size_t begin, std::size_t end) {
+          Context& c = *member.context();
+          CHECK_CUDA(cudaMemcpyAsync(array.to(c) + begin, array.from.data() + begin,
+                                     (end - begin) * sizeof *array.from.data(),
+                                     cudaMemcpyHostToDevice, c.up));
+          arrived(member, begin, end, c.up);
+        },
+        arrived);
+  };
   if (boxes.filter_bits)
-    bring(Array<FilterBits>{boxes.bits, boxes.size, &Context::bits_lock,
-                            [](Context& c) { return c.bits.data(); }},
-          arrived);
+    bringCopies(Array<FilterBits>{boxes.bits, boxes.size, &Context::bits_lock,
+                                  [](Context& c) { return c.bits.data(); }});
   if (boxes.filter_bodies)
-    bring(Array<std::uint32_t>{boxes.bodies, boxes.size, &Context::bodies_lock,
-                               [](Context& c) { return c.bodies.data(); }},
-          arrived);
+    bringCopies(Array<std::uint32_t>{boxes.bodies, boxes.size, &Context::bodies_lock,
+                                     [](Context& c) { return c.bodies.data(); }});
 }
 
 void DeviceGroup::search(const BoxSet& boxes) {
@@ -255,13 +268,12 @@ void DeviceGroup::complete() {
   for (DeviceSweep* member : members_) member->learn(pairs);
 }
 
-// Where the storage of the members' parts is locked their pairs come at once.
 void DeviceGroup::fetch(PairList& pairs) {
-  pairs.clear(members_.size());
   each([&](DeviceSweep& member, std::size_t part) {
     Buffer<Pair>& to = pairs.parts[part];
+    const Pair* const before = to.data();
     to.resizeDiscarding(member.pairs());
-    member.context()->pairs_lock.lock(to.data(), to.bytes(), member.driverContext());
+    if (to.data() != before) member.openPairs(to);
     member.sendPairs(pairs, part);
   });
   each([&](DeviceSweep& member, std::size_t part) {
@@ -288,7 +300,9 @@ void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
       member.open();
     });
     const std::uint32_t row_length = members_[0]->wantedRow();
+    pairs.clear(members_.size());
     each([&](DeviceSweep& member, std::size_t index) {
+      member.openPairs(pairs.parts[index]);
       member.begin({boxes.size,
                     boxes.filter_bits,
                     boxes.filter_bodies,

@@ -58,10 +58,10 @@ class DeviceGroup {
   void link();
   template <class Value>
   struct Array;
-  template <class Value, class Arrived>
-  void bring(const Array<Value>& array, Arrived arrived);
-  template <class Value, class Arrived>
-  void bringSlices(const Array<Value>& array, int round, int rounds, Arrived arrived);
+  template <class Value, class Send, class Arrived>
+  void bring(const Array<Value>& array, Send send, Arrived arrived);
+  template <class Value, class Send, class Arrived>
+  void bringSlices(const Array<Value>& array, int round, int rounds, Send send, Arrived arrived);
   template <class Value, class ValuesOf, class Use>
   void readOthers(std::size_t index, DeviceBuffer<Value>& copies, ValuesOf valuesOf, Use use);
   void bringBoxes(const BoxSet& boxes);

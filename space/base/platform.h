@@ -53,6 +53,11 @@ template <class Word>
   __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
 }
 
+template <class Word>
+[[gnu::always_inline]] inline void addShared(Word& word, Word value) {
+  __atomic_fetch_add(&word, value, __ATOMIC_RELAXED);
+}
+
 // Bytes that can be taken without another program giving any up; 0 where that is not known. On
 // Linux it takes some ten microseconds.
 std::uint64_t freeMemory();

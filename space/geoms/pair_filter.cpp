@@ -1,6 +1,7 @@
 #include "space/geoms/pair_filter.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
@@ -35,8 +36,8 @@ struct PairFilter::ExactTest {
             !filtersMatch(a, b));
   }
 
-  // Replaces what it drops by dropped_pair; returns whether it dropped any.
-  bool markDropped(Pair* begin, Pair* end) const;
+  // Replaces what it drops by dropped_pair; returns how many it dropped.
+  std::uint32_t markDropped(Pair* begin, Pair* end) const;
 };
 
 namespace {
@@ -44,19 +45,18 @@ namespace {
 // Stands in the place of a pair that is to go.
 constexpr Pair dropped_pair = ~Pair{0};
 
-Region verifying("filter: verified pairs"), testing("filter: exact tests"), closing("filter: gaps"),
-    moving("filter: pieces");
+Region verifying("filter: verified pairs"), testing("filter: exact tests"), closing("filter: gaps");
 
 }  // namespace
 
-bool PairFilter::ExactTest::markDropped(Pair* begin, Pair* end) const {
-  bool any = false;
+std::uint32_t PairFilter::ExactTest::markDropped(Pair* begin, Pair* end) const {
+  std::uint32_t dropped = 0;
   for (Pair* pair = begin; pair < end; ++pair) {
     const bool drop = drops(*pair);
     *pair = drop ? dropped_pair : *pair & ~borderline_bit;
-    any |= drop;
+    dropped += drop;
   }
-  return any;
+  return dropped;
 }
 
 void PairFilter::dropExcluded(dxGeom* const* geoms, const UpdateFacts& facts,
@@ -69,8 +69,9 @@ void PairFilter::dropExcluded(dxGeom* const* geoms, const UpdateFacts& facts,
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)
       pairs.borderline.push_back({part, 0, pairs.parts[part].size()});
   }
-  testSegments(test, threads, pairs);
-  closeGaps(threads, pairs);
+  if (!testSegments(test, threads, pairs)) return;
+  for (std::size_t i = 0; i < pairs.parts.size(); ++i)
+    closeGaps(threads, pairs.parts[i], dropped_[i]);
 }
 
 // Copies the pairs that their geoms do not rule out; returns the end of the copy. `user_classes`:
@@ -133,67 +134,75 @@ void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_
   });
 }
 
-// Long segments are cut, so that what threads take as they come is of like size.
-void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
-  clearForTeam(gaps_, 0);
+// Segments are cut at the ends of blocks, so that what threads take as they come is of like size.
+// Counts what was dropped in each block; false if there was nothing to test.
+bool PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
   std::size_t count = 0;
   for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
-  if (count == 0) return;
-  const std::size_t most = chunkOf(count, chunk_pairs, threads);
+  if (count == 0) return false;
+  block_ = chunkOf(count, chunk_pairs, threads);
+  if (dropped_.size() < pairs.parts.size()) dropped_.resize(pairs.parts.size());
+  for (std::size_t i = 0; i < pairs.parts.size(); ++i) {
+    dropped_[i].resizeDiscarding((pairs.parts[i].size() + block_ - 1) / block_);
+    std::fill(dropped_[i].begin(), dropped_[i].end(), 0);
+  }
   pieces_to_test_.clear();
   for (const PairList::Segment& segment : pairs.borderline)
-    for (std::size_t begin = segment.begin; begin < segment.end; begin += most)
-      pieces_to_test_.push_back({segment.part, begin, std::min(begin + most, segment.end)});
+    for (std::size_t begin = segment.begin, end; begin < segment.end; begin = end) {
+      end = std::min((begin / block_ + 1) * block_, segment.end);
+      pieces_to_test_.push_back({segment.part, begin, end});
+    }
   const std::size_t pieces = pieces_to_test_.size();
   const int team = teamFor(count, grains::geom_tests, threads);
-  clearForTeam(gaps_, team);
   const ScopedMode mode(exactMode());
-  const std::size_t chunk = std::max<std::size_t>(pieces * most / count, 1);
-  runChunks(testing, team, pieces, chunk, [&](const Range& range, int thread) {
+  const std::size_t chunk = std::max<std::size_t>(pieces * block_ / count, 1);
+  runChunks(testing, team, pieces, chunk, [&](const Range& range, int) {
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const PairList::Segment& piece = pieces_to_test_[i];
       Pair* const part = pairs.parts[piece.part].data();
-      if (test.markDropped(part + piece.begin, part + piece.end)) gaps_[thread].push_back(piece);
+      if (const std::uint32_t dropped = test.markDropped(part + piece.begin, part + piece.end))
+        addShared(dropped_[piece.part][piece.begin / block_], dropped);
     }
   });
+  return true;
 }
 
-// Takes the dropped pairs out, from the first one of each part on. Each thread closes the gaps of a
-// piece. Then all pieces move together: the head of a piece, which lands in the piece before, is
-// put aside until that one has moved.
-void PairFilter::closeGaps(int threads, PairList& pairs) {
-  for (std::size_t i = 0; i < pairs.parts.size(); ++i) {
-    Buffer<Pair>& part = pairs.parts[i];
-    std::size_t first = part.size();
-    for (const auto& of_thread : gaps_)
-      for (const PairList::Segment& gap : of_thread)
-        if (gap.part == i) first = std::min(first, gap.begin);
-    if (first == part.size()) continue;
-    const std::size_t count = part.size() - first;
-    const int most = teamFor(count, grains::passed_pairs, threads);
-    pieces_.assign(static_cast<std::size_t>(most), Piece());
-    runTeam(closing, most, [&](int thread, int team) {
-      const Range own = ownPart(count, thread, team);
-      Pair* const begin = part.data() + first + own.begin;
-      Pair* const end = std::remove(begin, part.data() + first + own.end, dropped_pair);
-      pieces_[thread] = {begin, end, nullptr, {}};
-    });
-    Pair* to = part.data() + first;
-    for (Piece& piece : pieces_) {
-      piece.to = to;
-      to += piece.end - piece.begin;
+// Takes the dropped pairs out, of which there are so many in each block. Each thread moves its
+// blocks to where they belong; the first of these pairs, which land ahead of the blocks, are put
+// aside until all have moved.
+void PairFilter::closeGaps(int threads, Buffer<Pair>& part, Buffer<std::uint32_t>& dropped) {
+  const std::size_t count = part.size();
+  std::size_t all = 0;
+  for (const std::uint32_t of_block : dropped) all += of_block;
+  if (all == 0) return;
+  const int most = teamFor(count, grains::passed_pairs, threads);
+  pieces_.assign(static_cast<std::size_t>(most), Piece());
+  runTeam(closing, most, [&](int thread, int team) {
+    const Range own = ownPart(dropped.size(), thread, team);
+    std::size_t ahead = 0;
+    for (std::size_t block = 0; block < own.begin; ++block) ahead += dropped[block];
+    Pair* to = part.data() + own.begin * block_;
+    Piece& piece = pieces_[thread];
+    piece.to = to - ahead;
+    const auto move = [&](Pair* begin, Pair* end) {
+      Pair* const rest = begin + std::min<std::size_t>(end - begin, ahead - piece.head.size());
+      piece.head.insert(piece.head.end(), begin, rest);
+      if (rest != to) std::memmove(to, rest, (end - rest) * sizeof(Pair));
+      to += end - rest;
+    };
+    for (std::size_t block = own.begin; block < own.end; ++block) {
+      Pair* begin = part.data() + block * block_;
+      Pair* const end = part.data() + std::min((block + 1) * block_, count);
+      for (std::uint32_t left = dropped[block]; left; --left) {
+        Pair* const gap = std::find(begin, end, dropped_pair);
+        move(begin, gap);
+        begin = gap + 1;
+      }
+      move(begin, end);
     }
-    runTeam(moving, most, [&](int thread, int) {
-      Piece& piece = pieces_[thread];
-      noteWork();
-      if (piece.begin == piece.end || piece.begin == piece.to) return;
-      Pair* const rest = std::min(piece.end, piece.begin + (piece.begin - piece.to));
-      piece.head.assign(piece.begin, rest);
-      std::copy(rest, piece.end, piece.to + piece.head.size());
-    });
-    for (const Piece& piece : pieces_) std::copy(piece.head.begin(), piece.head.end(), piece.to);
-    part.resize(static_cast<std::size_t>(to - part.data()));
-  }
+  });
+  for (const Piece& piece : pieces_) std::copy(piece.head.begin(), piece.head.end(), piece.to);
+  part.resize(count - all);
 }
 
 }  // namespace ode_parallel_sap

@@ -34,7 +34,7 @@ class PairFilter {
                          Selected& selected);
   // Pairs of planes are found apart, if the rules say so.
   PlanePairs& planes() { return planes_; }
-  std::size_t bytes() const { return bytesOf(pieces_to_test_, gaps_, planes_); }
+  std::size_t bytes() const { return bytesOf(pieces_to_test_, dropped_, planes_); }
 
  private:
   static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
@@ -44,19 +44,20 @@ class PairFilter {
   void verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
               const PairList& pairs, PairList& verified);
   struct ExactTest;
-  // Pairs [begin, end) of a part, which are to begin at `to`.
+  // What a thread puts aside, and where it is to go.
   struct Piece {
-    Pair *begin = nullptr, *end = nullptr, *to = nullptr;
+    Pair* to = nullptr;
     std::vector<Pair> head;
   };
   static Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
                          const Pair* begin, const Pair* end, Pair* to);
-  void testSegments(const ExactTest& test, int threads, PairList& pairs);
-  void closeGaps(int threads, PairList& pairs);
+  bool testSegments(const ExactTest& test, int threads, PairList& pairs);
+  void closeGaps(int threads, Buffer<Pair>& part, Buffer<std::uint32_t>& dropped);
 
   std::vector<PairList::Segment> pieces_to_test_;
   std::vector<Piece> pieces_;
-  std::vector<Buffer<PairList::Segment>> gaps_;  // where pairs were dropped; one a thread
+  std::size_t block_ = 0;                       // pairs of a part
+  std::vector<Buffer<std::uint32_t>> dropped_;  // in each block, a list a part
   PlanePairs planes_;
 };
 

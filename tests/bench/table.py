@@ -184,6 +184,20 @@ def devices(directory):
     return markdown(["ms a frame; boxes"] + names + ["Auto", "Auto / the least"], table, [machine(rows)])
 
 
+def callback(directory):
+    """The stages of whole frames, with a callback that counts and with concurrent blocks."""
+    rows = read(directory, "collide")
+    ways = {"": "CPU, callback", ":concurrent-blocks": "CPU, blocks", ":cuda": "GPU, callback", ":cuda-concurrent-blocks": "GPU, blocks"}
+    lines = []
+    for n in (100000, 1000000):
+        for way, name in ways.items():
+            row = one(rows, n=n, peer=OURS + way)
+            if row:
+                lines.append(["%s boxes, %s" % (count(n), name)] +
+                             [shown(row[stage + "_ms"]) for stage in ("update", "extract", "filter", "report", "median")])
+    return markdown(["ms", "update", "extract", "filter", "report", "all"], lines, [machine(rows)])
+
+
 def step(directory):
     """The whole step in each way, and how many times faster than in ODE's spaces pairs and step are in ours."""
     rows = read(directory, "step")
@@ -254,7 +268,7 @@ def stock_spaces(directory):
 # By name: the function and the file of rows.
 TABLES = {"step": (step, "step"), "small": (small, "small"), "frames": (frames, "frames"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
-          "gpus": (gpus, "devices"), "warehouse": (warehouse, "warehouse"),
+          "gpus": (gpus, "devices"), "warehouse": (warehouse, "warehouse"), "callback": (callback, "collide"),
           "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),
           "wrong-scenes": (stock_spaces, "rows")}
 for study in ("peers", "rivals", "scaling", "collide", "blocks", "device-rivals"):

@@ -219,6 +219,16 @@ TEST_CASE("Pages of large storage are locked from the second frame until it is g
   CHECK(emulation::callsWithoutContext() == 0);
 }
 
+TEST_CASE("Kernels read boxes from locked pages, and write pairs to them", "[.][kernels-on-host]") {
+  REQUIRE(machine == "-");
+  emulation::settings().kernels_run = true;
+  Scene scene(dParallelSAPBackendCUDA, 1, 3000);
+  CHECK(scene.collide(3).pairs > 8192);
+  const std::size_t before = emulation::copiedBytes();
+  scene.collide();
+  CHECK(emulation::copiedBytes() - before < 1000);
+}
+
 TEST_CASE("Where pages cannot be locked frames are found as before", "[.][no-locks]") {
   REQUIRE(machine == "-");
   const sap_test::Messages messages;

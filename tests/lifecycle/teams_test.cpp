@@ -230,7 +230,7 @@ const Work kWorks[] = {
      {"fat proxies: boxes", "fat proxies: fat boxes", "fat proxies: candidates"}},
     {"bits that boxes have no room for",
      framesOf(dParallelSAPMethodSweep, populateWithHighBits, moveAll),
-     {"filter: exact tests", "filter: gaps", "filter: pieces"}},
+     {"filter: exact tests", "filter: gaps"}},
     {"geoms at rest are left out",
      framesOf(dParallelSAPMethodSweep, populateWithBodies, moveAll),
      {"filter: verified pairs"}},

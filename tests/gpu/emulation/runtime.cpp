@@ -4,6 +4,7 @@
 #include <cuda_runtime_api.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -78,6 +79,7 @@ struct Machine {
   std::unordered_map<void*, Memory> memory, locked;
   std::map<int, std::set<int>> links;  // of devices to those whose memory they may read
   int calls_without_context = 0, locks_asked = 0;
+  std::atomic<std::size_t> copied{0};
 };
 
 // Outlives whatever gives things back at the program's end.
@@ -325,6 +327,9 @@ Locks locks() {
   const Lock lock(machine().mutex);
   return {machine().locks_asked, machine().locked.size()};
 }
+std::size_t copiedBytes() {
+  return machine().copied;
+}
 std::pair<const void*, std::size_t> contextOfThread() {
   return {stack.empty() ? nullptr : stack.back(), stack.size()};
 }
@@ -448,12 +453,17 @@ cudaError_t cudaHostRegister(void* memory, std::size_t, unsigned int) {
 cudaError_t cudaHostUnregister(void* memory) {
   return giveBack(memory, machine().locked, cudaErrorHostMemoryNotRegistered);
 }
+cudaError_t cudaHostGetDevicePointer(void** pointer, void* memory, unsigned int) {
+  *pointer = memory;
+  return call([](int) { return cudaSuccess; });
+}
 cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
   *free = *total = std::size_t{1} << 36;
   return call([](int) { return cudaSuccess; });
 }
 cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind,
                             cudaStream_t stream) {
+  machine().copied += bytes;
   return push(stream, [=] { std::memcpy(to, from, bytes); });
 }
 cudaError_t cudaMemcpyPeerAsync(void* to, int, const void* from, int, std::size_t bytes,

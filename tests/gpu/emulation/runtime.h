@@ -52,6 +52,8 @@ struct Locks {
   std::size_t now = 0;
 };
 Locks locks();
+// Bytes that were copied between the host and devices so far.
+std::size_t copiedBytes();
 
 // Of the calling thread: its context, and how many are on its stack.
 std::pair<const void*, std::size_t> contextOfThread();
