@@ -89,7 +89,7 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& s
     before = box;
   }
   if (compared == 0) return useful;
-  if (fast_for_tolerance * changing_share <= compared) return useful;
+  if (useful > 0 && fast_for_tolerance * changing_share <= compared) return useful;
   slow = fast * changing_share <= compared;
   return 0;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
 
@@ -55,6 +56,7 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   const BoxSet& boxes = geom_update.boxes();
   const Buffer<Slot>& changed = geom_update.repacked();
   const UpdateFacts& facts = geom_update.facts();
+  const ScopedMode mode(exactMode());
   GeomTree* const tree = part.made();
   if (!tree || !tree->bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
   const int used = changed_pairs_.find(
