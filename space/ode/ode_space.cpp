@@ -562,6 +562,27 @@ __attribute__((noinline)) void ParallelSAPSpace::queryAsGuest(const Use& use, dx
                        callback);
 }
 
+// Of its large sub-spaces, where these are no more than the queries. A batch that another thread
+// casts meanwhile may read the trees, too.
+NestedTrees ParallelSAPSpace::nestedTrees(std::size_t queries) const {
+  NestedTrees nested;
+  if (silent_.large().size() > queries) return nested;
+  for (ParallelSAPSpace* const own : silent_.large()) {
+    if (own->needs_clean_ || own->silent_.mayHoldSpaces()) continue;
+    const Use use(*own, Use::query);
+    const Buffer<dxGeom*>& geoms = own->slots_.geoms();
+    try {
+      if (!use.isGuest())
+        own->tree_.bringUpToDate(geoms, Policy::teamFor(geoms.size(), own->settings_), queries);
+      const GeomTree::Reader reader(own->tree_);
+      if (reader.mayRead()) nested.push_back({Slots::slotOf(own), own->tree_, geoms, reader});
+    } catch (const std::bad_alloc&) {
+      if (!use.isGuest()) own->tree_.release();
+    }
+  }
+  return nested;
+}
+
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const SpannedCall call(*this, Use::query);
   if (!call.isGuest()) {
@@ -575,7 +596,7 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t hits = 0;
   withLists(call, &Workspace::rays, [&](RayLists& lists) {
-    hits = ode_parallel_sap::castRays(all, tree_, request, way, lists);
+    hits = ode_parallel_sap::castRays(all, tree_, request, way, lists, nestedTrees(request.count));
   });
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
@@ -603,7 +624,8 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;
   withLists(call, &Workspace::overlaps, [&](OverlapLists& lists) {
-    overlaps = ode_parallel_sap::findOverlaps(all, tree_, settings_.rules, request, way, lists);
+    overlaps = ode_parallel_sap::findOverlaps(all, tree_, settings_.rules, request, way, lists,
+                                              nestedTrees(request.count));
   });
   pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));
   return overlaps;

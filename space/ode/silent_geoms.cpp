@@ -4,6 +4,7 @@
 #include <new>
 #include <utility>
 
+#include "space/base/tuning.h"
 #include "space/ode/ode_space.h"
 
 namespace ode_parallel_sap {
@@ -86,6 +87,7 @@ void SilentGeoms::listMeshes(dxSpace* space, Slot slot) {
 void SilentGeoms::list(dxGeom* const* geoms) {
   const bool all = !within_listed_;
   listed_ = within_listed_ = false;  // should memory end
+  large_.clear();
   const auto isOther = [&](Slot slot) {
     return all || changed_.contains(slot) || (any_stock_ && isDirty(geoms[slot]));
   };
@@ -100,7 +102,11 @@ void SilentGeoms::list(dxGeom* const* geoms) {
     dxGeom* const geom = geoms[slot];
     if (!mayBeSilent(geom)) return slots_.erase(slot);
     (IS_SPACE(geom) ? spaces_ : meshes_).push_back(geom);
-    if (IS_SPACE(geom) && isOther(slot)) listMeshes(static_cast<dxSpace*>(geom), slot);
+    if (!IS_SPACE(geom)) return;
+    dxSpace* const space = static_cast<dxSpace*>(geom);
+    if (space->count > static_cast<int>(small_scene_slots))
+      if (ParallelSAPSpace* const own = parallelSAPSpace(space)) large_.push_back(own);
+    if (isOther(slot)) listMeshes(space, slot);
   });
   changed_.clear();
   listed_ = within_listed_ = true;

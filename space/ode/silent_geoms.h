@@ -12,6 +12,8 @@ struct dxSpace;
 
 namespace ode_parallel_sap {
 
+class ParallelSAPSpace;
+
 // dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which marks clean geoms only in
 // their spaces, then does nothing for it, nor for the spaces around it. So a space checks the flags
 // of its meshes, its sub-spaces and the meshes within these, at any depth, before it relies on what
@@ -64,7 +66,10 @@ class SilentGeoms {
     for (const Within& within : within_) visit(within.mesh);
     return any_stock_;
   }
-  std::size_t bytes() const { return bytesOf(slots_, changed_, meshes_, spaces_, within_); }
+  // The sub-spaces of ours that are no small scenes, by slot. After check().
+  const std::vector<ParallelSAPSpace*>& large() const { return large_; }
+  bool mayHoldSpaces() const { return !listed_ || !spaces_.empty(); }
+  std::size_t bytes() const { return bytesOf(slots_, changed_, meshes_, spaces_, large_, within_); }
 
  private:
   struct Within {
@@ -85,6 +90,7 @@ class SilentGeoms {
   bool within_listed_ = true;  // of the other sub-spaces
   bool any_stock_ = false;     // at any depth
   std::vector<dxGeom*> meshes_, spaces_;
+  std::vector<ParallelSAPSpace*> large_;
   std::vector<Within> within_;  // those of a sub-space follow each other
 };
 

@@ -28,6 +28,7 @@ struct Pass {
   const OverlapWay& way;
   OverlapLists& lists;
   const GeomTree* const tree;  // or null
+  const NestedTrees& nested;
   const FloatingPointMode programs_mode = currentMode();
 
   void run() {
@@ -95,6 +96,12 @@ struct Pass {
       return true;
     }
     bool all = true;
+    if (const NestedTree* const within = nestedAt(nested, slot)) {
+      findHits(&within->tree, within->geoms, probe.geom, PackRules(), share.nested);
+      for (std::size_t i = 0; i < share.nested.hits.size() && all; ++i)
+        all = add(probe, share.nested.hits[i], slot, alone, share);
+      return all;
+    }
     for (dxGeom* own = static_cast<dxSpace*>(geom)->first; own && all; own = own->next)
       if (boxesOverlap(own, probe.geom) && isEnabled(own) && filtersMatch(own, probe.geom))
         all = add(probe, own, slot, alone, share);
@@ -165,10 +172,10 @@ std::size_t report(const Scene& scene, const OverlapRequest& request, const Over
 }  // namespace
 
 std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& rules,
-                         const OverlapRequest& request, const OverlapWay& way,
-                         OverlapLists& lists) {
+                         const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists,
+                         NestedTrees nested) {
   const auto run = [&](bool by_tree) {
-    Pass{scene, rules, request, way, lists, by_tree ? &tree : nullptr}.run();
+    Pass{scene, rules, request, way, lists, by_tree ? &tree : nullptr, nested}.run();
   };
   try {
     if (way.guest) {
@@ -178,6 +185,7 @@ std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& ru
       run(way.trees && tree.bringUpToDate(scene.slots, way.threads, request.count));
     }
   } catch (const std::bad_alloc&) {
+    NestedTrees().swap(nested);
     lists = OverlapLists();
     if (!way.trees)
       return dDebug(0, "parallel SAP space: no memory for the overlaps of one probe"), 0;
@@ -196,6 +204,7 @@ std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& ru
     }
     return all;
   }
+  NestedTrees().swap(nested);
   return report(scene, request, lists);
 }
 

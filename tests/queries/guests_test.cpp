@@ -145,6 +145,32 @@ TEST_CASE("Queries and rays of many threads at once have one thread's answers", 
   }
 }
 
+TEST_CASE("Many threads may ask a space with a large one in it, and that one", "[guests]") {
+  const std::uint64_t seed = seedOr(921);
+  const Space space;
+  World world(space);
+  const dSpaceID large = dParallelSAPSpaceCreate(space);
+  World within(large);
+  within.addBoxes(denseCube(2000, seed));
+  const Bounds around = {-2, 8, -2, 8, -2, 8};
+  for (int round = 0; round < scaled(10); ++round) {
+    within.jitter(round % 2 ? 0.01 : 3, seed);
+    dSpaceClean(space);
+    constexpr std::size_t kThreads = 8;
+    std::vector<Answers> got(kThreads);
+    const auto askEither = [&](std::size_t i) {
+      return ask(i % 4 == 3 ? large : dSpaceID(space), around, seed + i, 40);
+    };
+    together(kThreads, [&](int i) {
+      got[static_cast<std::size_t>(i)] = askEither(static_cast<std::size_t>(i));
+    });
+    for (std::size_t i = 0; i < kThreads; ++i) {
+      INFO("round " << round << ", thread " << i << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(difference(got[i], askEither(i)) == "");
+    }
+  }
+}
+
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
   const std::uint64_t seed = seedOr(911);
   const Space space;
