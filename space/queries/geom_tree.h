@@ -173,6 +173,7 @@ using NestedTrees = std::vector<NestedTree>;  // ascending by slot
 
 // Null if it is not among them.
 inline const NestedTree* nestedAt(const NestedTrees& nested, Slot slot) {
+  if (nested.empty()) return nullptr;
   const auto found =
       std::lower_bound(nested.begin(), nested.end(), slot,
                        [](const NestedTree& each, Slot slot) { return each.slot < slot; });

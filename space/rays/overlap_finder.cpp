@@ -96,15 +96,20 @@ struct Pass {
       return true;
     }
     bool all = true;
-    if (const NestedTree* const within = nestedAt(nested, slot)) {
-      findHits(&within->tree, within->geoms, probe.geom, PackRules(), share.nested);
-      for (std::size_t i = 0; i < share.nested.hits.size() && all; ++i)
-        all = add(probe, share.nested.hits[i], slot, alone, share);
-      return all;
-    }
+    if (const NestedTree* const own = nestedAt(nested, slot))
+      return addNested(probe, *own, alone, share);
     for (dxGeom* own = static_cast<dxSpace*>(geom)->first; own && all; own = own->next)
       if (boxesOverlap(own, probe.geom) && isEnabled(own) && filtersMatch(own, probe.geom))
         all = add(probe, own, slot, alone, share);
+    return all;
+  }
+
+  __attribute__((noinline)) bool addNested(const dParallelSAPProbe& probe, const NestedTree& own,
+                                           bool alone, Share& share) {
+    bool all = true;
+    findHits(&own.tree, own.geoms, probe.geom, PackRules(), share.nested);
+    for (std::size_t i = 0; i < share.nested.hits.size() && all; ++i)
+      all = add(probe, share.nested.hits[i], own.slot, alone, share);
     return all;
   }
 

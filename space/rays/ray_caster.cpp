@@ -207,7 +207,9 @@ class Pass {
     {
       const ScopedMode exact(exactMode());
       if (tree_)
-        meetTree(flight, *tree_, geoms_, nullptr);
+        meetTree(flight, *tree_, geoms_, flight.share.slots[0], [](Slot slot) -> RayTarget {
+          return {slot, 0};
+        });
       else
         meetAll(flight);
     }
@@ -223,15 +225,12 @@ class Pass {
     }
   }
 
-  // The geoms of the space, or of the sub-space in a slot: there they stand by their slots, too.
-  void meetTree(Flight& flight, const GeomTree& tree, const Geoms& geoms,
-                const Slot* around) const {
-    const auto meetOwn = [&](Slot slot) {
-      meet(flight, geoms[slot], around ? RayTarget{*around, slot} : RayTarget{slot, 0});
-    };
+  template <class TargetOf>
+  void meetTree(Flight& flight, const GeomTree& tree, const Geoms& geoms, Buffer<Slot>& slots,
+                TargetOf targetOf) const {
+    const auto meetOwn = [&](Slot slot) { meet(flight, geoms[slot], targetOf(slot)); };
     // Those of a kind and of the next ones that its box overlaps.
     const auto meetByBox = [&](GeomTree::Kind first) {
-      Buffer<Slot>& slots = flight.share.slots[around != nullptr];
       tree.find(geoms, flight.probe.geom(), slots, first);
       for (const Slot slot : slots) meetOwn(slot);
     };
@@ -270,10 +269,17 @@ class Pass {
     }
   }
 
+  // There slots are as good as places.
+  __attribute__((noinline)) void meetNested(Flight& flight, const NestedTree& own) const {
+    meetTree(flight, own.tree, own.geoms, flight.share.slots[1], [&](Slot slot) -> RayTarget {
+      return {own.slot, slot};
+    });
+  }
+
   // As a near callback would that calls dSpaceCollide2 of the ray and the sub-space.
   void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const {
     if (const NestedTree* const own = nestedAt(nested_, target.slot))
-      return meetTree(flight, own->tree, own->geoms, &own->slot);
+      return meetNested(flight, *own);
     for (dxGeom* geom = space->first; geom; geom = geom->next) {
       if (!IS_SPACE(geom))
         meet(flight, geom, target);
