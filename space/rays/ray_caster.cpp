@@ -81,8 +81,8 @@ class RayProbe {
   }
   // Needs exactMode().
   bool pairs(const dxGeom* geom) const {
-    return boxesOverlap(geom, ray_) && isEnabled(geom) && filtersMatch(geom, ray_) &&
-           !(ignored_ && geom->body == ignored_);
+    return !(ignored_ && geom->body == ignored_) && boxesOverlap(geom, ray_) && isEnabled(geom) &&
+           filtersMatch(geom, ray_);
   }
   dxGeom* geom() const { return ray_; }
   const dReal* origin() const { return ray_->final_posr->pos; }
