@@ -591,6 +591,28 @@ __attribute__((noinline)) void ParallelSAPSpace::queryOneByOne(bool guest, dxGeo
   queryWithoutMemory(scene(/*nested=*/true, guest), settings_.rules, geom, data, callback);
 }
 
+// Of its large sub-spaces, where these are no more than the queries. A batch that another thread
+// casts meanwhile may read the trees, too.
+NestedTrees ParallelSAPSpace::nestedTrees(std::size_t queries) const {
+  NestedTrees nested;
+  silent_.forLarge(queries, [&](ParallelSAPSpace& own) {
+    if (own.needs_clean_ || own.silent_.mayHoldSpaces()) return;
+    const Use use(own, Use::query);
+    GeomTree* const tree = own.treeOf(use);
+    if (!tree) return;
+    const Buffer<dxGeom*>& geoms = own.slots_.geoms();
+    try {
+      if (!use.isGuest())
+        tree->bringUpToDate(geoms, Policy::teamFor(geoms.size(), own.settings_), queries);
+      const GeomTree::Reader reader(*tree);
+      if (reader.mayRead()) nested.push_back({Slots::slotOf(&own), *tree, geoms, reader});
+    } catch (const std::bad_alloc&) {
+      if (!use.isGuest()) tree->release();
+    }
+  });
+  return nested;
+}
+
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const SpannedCall call(*this, Use::query);
   if (!call.isGuest()) {
@@ -605,7 +627,7 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   std::size_t hits = 0;
   with(treeOf(call), [&](GeomTree& tree) {
     with(call.lists(&Workspace::rays), [&](RayLists& lists) {
-      hits = ode_parallel_sap::castRays(all, tree, request, way, lists);
+      hits = ode_parallel_sap::castRays(all, tree, request, way, lists, nestedTrees(request.count));
     });
   });
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
@@ -635,7 +657,8 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
   std::size_t overlaps = 0;
   with(treeOf(call), [&](GeomTree& tree) {
     with(call.lists(&Workspace::overlaps), [&](OverlapLists& lists) {
-      overlaps = ode_parallel_sap::findOverlaps(all, tree, settings_.rules, request, way, lists);
+      overlaps = ode_parallel_sap::findOverlaps(all, tree, settings_.rules, request, way, lists,
+                                                nestedTrees(request.count));
     });
   });
   pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));

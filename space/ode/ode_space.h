@@ -133,6 +133,7 @@ class ParallelSAPSpace : public dxSpace {
   void cleanFew();
   inline bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
+  NestedTrees nestedTrees(std::size_t queries) const;
   bool stays(const QueryLists& lists, std::size_t hit) const;
   inline void reportHits(const QueryLists& lists, dxGeom* geom, void* data,
                          dNearCallback* callback);

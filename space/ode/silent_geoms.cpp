@@ -4,6 +4,7 @@
 #include <new>
 #include <utility>
 
+#include "space/base/tuning.h"
 #include "space/ode/ode_space.h"
 
 namespace ode_parallel_sap {
@@ -101,11 +102,16 @@ void SilentGeoms::list(dxGeom* const* geoms) {
                         lists->within.end());
     lists->meshes.clear();
     lists->spaces.clear();
+    lists->large.clear();
     lists->any_stock = lists->any_stock && !all;
     slots_.forEach([&](Slot slot) {
       dxGeom* const geom = geoms[slot];
       (IS_SPACE(geom) ? lists->spaces : lists->meshes).push_back(geom);
-      if (IS_SPACE(geom) && isOther(slot)) listMeshes(static_cast<dxSpace*>(geom), slot);
+      if (!IS_SPACE(geom)) return;
+      dxSpace* const space = static_cast<dxSpace*>(geom);
+      if (space->count > static_cast<int>(small_scene_slots))
+        if (ParallelSAPSpace* const own = parallelSAPSpace(space)) lists->large.push_back(own);
+      if (isOther(slot)) listMeshes(space, slot);
     });
     if (lists->holdNone()) lists_.reset();
   }
@@ -114,9 +120,10 @@ void SilentGeoms::list(dxGeom* const* geoms) {
 }
 
 void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
-  bool any = false;
+  bool any = false, listed = false;
   try {
     if (!isListed()) list(geoms);
+    listed = true;
     dxSpace* marked = nullptr;
     for (std::size_t i = 0; lists_ && i < lists_->within.size(); ++i) {
       const Within& within = lists_->within[i];
@@ -133,6 +140,10 @@ void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
     space.dirty(geoms[slot]);
     any = any || !IS_SPACE(geoms[slot]);
   });
+  if (listed) {  // dirty() has called for other lists, but nothing came or left
+    listed_ = within_listed_ = true;
+    changed_.clear();
+  }
   if (any) makeDirty(&space, true);
 }
 

@@ -13,6 +13,8 @@ struct dxSpace;
 
 namespace ode_parallel_sap {
 
+class ParallelSAPSpace;
+
 // dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which marks clean geoms only in
 // their spaces, then does nothing for it, nor for the spaces around it. So a space checks the flags
 // of its meshes and of those within sub-spaces, at any depth, before it relies on what it knows of
@@ -67,6 +69,16 @@ class SilentGeoms {
     for (const Within& within : lists_->within) visit(within.mesh);
     return lists_->any_stock;
   }
+  // Calls visit(space) for the sub-spaces of ours that are no small scenes, by slot, unless they
+  // are more than `most`. After check().
+  template <class Visit>
+  void forLarge(std::size_t most, Visit visit) const {
+    if (lists_ && lists_->large.size() <= most)
+      for (ParallelSAPSpace* const space : lists_->large) visit(*space);
+  }
+  bool mayHoldSpaces() const {
+    return !listed_ || slots_.count() > (lists_ ? lists_->meshes.size() : 0);
+  }
   std::size_t bytes() const { return bytesOf(slots_, changed_, lists_); }
 
  private:
@@ -75,13 +87,16 @@ class SilentGeoms {
     dxGeom* mesh;  // at any depth
   };
 
-  // Null while there is neither a mesh nor a stock space, at any depth.
+  // Null while there is neither a mesh nor a stock space, at any depth, nor a large one of ours.
   struct Lists {
     bool any_stock = false;  // at any depth
     std::vector<dxGeom*> meshes, spaces;
     std::vector<Within> within;  // those of a sub-space follow each other
-    bool holdNone() const { return meshes.empty() && within.empty() && !any_stock; }
-    std::size_t bytes() const { return bytesOf(meshes, spaces, within); }
+    std::vector<ParallelSAPSpace*> large;
+    bool holdNone() const {
+      return meshes.empty() && within.empty() && large.empty() && !any_stock;
+    }
+    std::size_t bytes() const { return bytesOf(meshes, spaces, within, large); }
   };
 
   // Stock spaces that are dirty change without a word.

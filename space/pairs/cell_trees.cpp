@@ -93,7 +93,7 @@ void CellTrees<Real>::packUpperLevels() {
 
 template <class Real>
 bool CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
-  const bool fits = isActive(box) && makeRoom(cell, box);
+  const bool fits = isActive(box) && makeRoom(cell, lane, box);
   const BasicBox<Real> placed = fits ? box : inactiveBox<Real>();
   for (int axis = 0; axis < 3; ++axis) {
     groups_[cell].lower[axis][lane] = placed.lower[axis];
@@ -105,7 +105,8 @@ bool CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& b
 // Has the bounds of a cell, and all above it, hold the box. Not where they would have to grow
 // beyond some lengths of the box.
 template <class Real>
-bool CellTrees<Real>::makeRoom(std::size_t cell, const BasicBox<Real>& box) {
+bool CellTrees<Real>::makeRoom(std::size_t cell, int place, const BasicBox<Real>& box) {
+  const Group<Real>& boxes = groups_[cell];
   std::size_t tree = 0;
   while (cell - views_[tree].first_cell >= cells(tree)) ++tree;
   const TreeView<Real>& view = views_[tree];
@@ -118,8 +119,9 @@ bool CellTrees<Real>::makeRoom(std::size_t cell, const BasicBox<Real>& box) {
     const Real upper = std::max(bounds->upper[axis][lane], box.upper[axis]);
     const bool outside =
         !(lower == bounds->lower[axis][lane] && upper == bounds->upper[axis][lane]);
-    if (outside && !(upper - lower <= Real(cell_lengths) * (box.upper[axis] - box.lower[axis])))
-      return false;
+    const Real length = std::min(box.upper[axis] - box.lower[axis],
+                                 boxes.upper[axis][place] - boxes.lower[axis][place]);
+    if (outside && !(upper - lower <= Real(cell_lengths) * length)) return false;
     grows |= outside;
   }
   for (int depth = 1; grows; ++depth) {

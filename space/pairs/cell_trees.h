@@ -58,7 +58,7 @@ class CellTrees {
   void layOut(const CellClasses& classes, bool filtered);
   void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
   void packUpperLevels();
-  bool makeRoom(std::size_t cell, const BasicBox<Real>& box);
+  bool makeRoom(std::size_t cell, int place, const BasicBox<Real>& box);
 
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
   Buffer<GroupFilter> filters_;

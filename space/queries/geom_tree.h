@@ -2,6 +2,7 @@
 // private headers.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -59,8 +60,10 @@ class GeomTree {
       tree.readers_.fetch_add(1);
       may_read_ = tree.is_open_.load() && tree.tree_->isCurrent();
     }
+    Reader(const Reader& other) : tree_(other.tree_), may_read_(other.may_read_) {
+      tree_.readers_.fetch_add(1);
+    }
     ~Reader() { tree_.readers_.fetch_sub(1, std::memory_order_release); }
-    Reader(const Reader&) = delete;
     Reader& operator=(const Reader&) = delete;
 
     // Whether the tree is up to date.
@@ -153,5 +156,23 @@ class GeomTree {
   double last_queries_ = 0;  // between the two great changes before
   double stray_rows_ = 0;    // gone through by all queries since the tree was built
 };
+
+// The tree of a sub-space without further spaces in it, up to date.
+struct NestedTree {
+  Slot slot;  // of the sub-space
+  const GeomTree& tree;
+  const GeomTree::Geoms& geoms;
+  GeomTree::Reader reader;
+};
+using NestedTrees = std::vector<NestedTree>;  // ascending by slot
+
+// Null if it is not among them.
+inline const NestedTree* nestedAt(const NestedTrees& nested, Slot slot) {
+  if (nested.empty()) return nullptr;
+  const auto found =
+      std::lower_bound(nested.begin(), nested.end(), slot,
+                       [](const NestedTree& each, Slot slot) { return each.slot < slot; });
+  return found != nested.end() && found->slot == slot ? &*found : nullptr;
+}
 
 }  // namespace ode_parallel_sap

@@ -1,7 +1,6 @@
 // Boxes by slot in a tree that is kept from query to query while some of them move.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -78,8 +77,12 @@ struct RayRow {
 
   RayRow(const Group<Real>& boxes, const RayQuery<Real>& ray, Real limit) {
     unsigned mask = kernels<Real>().meetRay(boxes, ray, limit, entry);
-    for (; mask; mask &= mask - 1) lanes[count++] = static_cast<std::uint8_t>(__builtin_ctz(mask));
-    std::sort(lanes, lanes + count, [&](int a, int b) { return entry[a] < entry[b]; });
+    for (; mask; mask &= mask - 1) {
+      const int lane = __builtin_ctz(mask);
+      int i = count++;
+      for (; i > 0 && entry[lane] < entry[lanes[i - 1]]; --i) lanes[i] = lanes[i - 1];
+      lanes[i] = static_cast<std::uint8_t>(lane);
+    }
   }
 };
 

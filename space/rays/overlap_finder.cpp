@@ -28,6 +28,7 @@ struct Pass {
   const OverlapWay& way;
   OverlapLists& lists;
   const GeomTree* const tree;  // or null
+  const NestedTrees& nested;
   const FloatingPointMode programs_mode = currentMode();
 
   void run() {
@@ -95,9 +96,20 @@ struct Pass {
       return true;
     }
     bool all = true;
+    if (const NestedTree* const own = nestedAt(nested, slot))
+      return addNested(probe, *own, alone, share);
     for (dxGeom* own = static_cast<dxSpace*>(geom)->first; own && all; own = own->next)
       if (boxesOverlap(own, probe.geom) && isEnabled(own) && filtersMatch(own, probe.geom))
         all = add(probe, own, slot, alone, share);
+    return all;
+  }
+
+  __attribute__((noinline)) bool addNested(const dParallelSAPProbe& probe, const NestedTree& own,
+                                           bool alone, Share& share) {
+    bool all = true;
+    findHits(&own.tree, own.geoms, probe.geom, PackRules(), share.nested);
+    for (std::size_t i = 0; i < share.nested.hits.size() && all; ++i)
+      all = add(probe, share.nested.hits[i], own.slot, alone, share);
     return all;
   }
 
@@ -165,10 +177,10 @@ std::size_t report(const Scene& scene, const OverlapRequest& request, const Over
 }  // namespace
 
 std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& rules,
-                         const OverlapRequest& request, const OverlapWay& way,
-                         OverlapLists& lists) {
+                         const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists,
+                         NestedTrees nested) {
   const auto run = [&](bool by_tree) {
-    Pass{scene, rules, request, way, lists, by_tree ? &tree : nullptr}.run();
+    Pass{scene, rules, request, way, lists, by_tree ? &tree : nullptr, nested}.run();
   };
   try {
     if (way.guest) {
@@ -178,6 +190,7 @@ std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& ru
       run(way.trees && tree.bringUpToDate(scene.slots, way.threads, request.count));
     }
   } catch (const std::bad_alloc&) {
+    NestedTrees().swap(nested);
     lists = OverlapLists();
     if (!way.trees)
       return dDebug(0, "parallel SAP space: no memory for the overlaps of one probe"), 0;
@@ -196,6 +209,7 @@ std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& ru
     }
     return all;
   }
+  NestedTrees().swap(nested);
   return report(scene, request, lists);
 }
 

@@ -28,7 +28,7 @@ struct OverlapRequest {
 // Lists of overlaps, in storage that outlasts the batch.
 struct OverlapLists {
   struct alignas(64) Share {
-    QueryLists query;
+    QueryLists query, nested;  // of the space, and of a sub-space
     Buffer<dParallelSAPPair> pairs;
     Buffer<Slot> slots;  // of the second geoms, or of the sub-spaces that they are in
     Buffer<dContactGeom> contacts;
@@ -37,7 +37,7 @@ struct OverlapLists {
       pairs.resize(size);
       slots.resize(size);
     }
-    std::size_t bytes() const { return bytesOf(query, pairs, slots, contacts); }
+    std::size_t bytes() const { return bytesOf(query, nested, pairs, slots, contacts); }
   };
   // Pairs [first, first + count) of a thread's share.
   struct Block {
@@ -69,6 +69,7 @@ struct OverlapWay {
 // whose AABB, or AABBTest, other threads may not ask for are left to the calling thread. All AABBs
 // of the scene are up to date, and no other batch uses `lists`. Returns the sum of all `touched`.
 std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& rules,
-                         const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists);
+                         const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists,
+                         NestedTrees nested = {});
 
 }  // namespace ode_parallel_sap

@@ -81,8 +81,8 @@ class RayProbe {
   }
   // Needs exactMode().
   bool pairs(const dxGeom* geom) const {
-    return boxesOverlap(geom, ray_) && isEnabled(geom) && filtersMatch(geom, ray_) &&
-           !(ignored_ && geom->body == ignored_);
+    return !(ignored_ && geom->body == ignored_) && boxesOverlap(geom, ray_) && isEnabled(geom) &&
+           filtersMatch(geom, ray_);
   }
   dxGeom* geom() const { return ray_; }
   const dReal* origin() const { return ray_->final_posr->pos; }
@@ -123,8 +123,9 @@ class RayProbe {
 class Pass {
  public:
   // `tree` is up to date, or null.
-  Pass(const GeomTree* tree, const Geoms& geoms, const RayRequest& request, RayLists& store)
-      : tree_(tree), geoms_(geoms), request_(request), store_(store) {}
+  Pass(const GeomTree* tree, const NestedTrees& nested, const Geoms& geoms,
+       const RayRequest& request, RayLists& store)
+      : tree_(tree), nested_(nested), geoms_(geoms), request_(request), store_(store) {}
 
   // Nothing after it needs memory.
   void run(const RayWay& way) {
@@ -206,7 +207,9 @@ class Pass {
     {
       const ScopedMode exact(exactMode());
       if (tree_)
-        meetTree(flight);
+        meetTree(flight, *tree_, geoms_, flight.share.slots[0], [](Slot slot) -> RayTarget {
+          return {slot, 0};
+        });
       else
         meetAll(flight);
     }
@@ -222,27 +225,28 @@ class Pass {
     }
   }
 
-  void meetTree(Flight& flight) const {
+  template <class TargetOf>
+  void meetTree(Flight& flight, const GeomTree& tree, const Geoms& geoms, Buffer<Slot>& slots,
+                TargetOf targetOf) const {
+    const auto meetOwn = [&](Slot slot) { meet(flight, geoms[slot], targetOf(slot)); };
+    // Those of a kind and of the next ones that its box overlaps.
+    const auto meetByBox = [&](GeomTree::Kind first) {
+      tree.find(geoms, flight.probe.geom(), slots, first);
+      for (const Slot slot : slots) meetOwn(slot);
+    };
     dReal direction[3];
     flight.probe.direction(direction);
     const dReal* const origin = flight.probe.origin();
-    if (!isUsualRay(origin, direction)) return meetByBox(flight, GeomTree::bounded);
-    tree_->withTrees([&](const auto& of) {
+    if (!isUsualRay(origin, direction)) return meetByBox(GeomTree::bounded);
+    tree.withTrees([&](const auto& of) {
       using Real = typename std::remove_reference_t<decltype(of[0])>::RealType;
       Real limit = limitFor<Real>(flight.reach);
       of[GeomTree::bounded].visitAlong(rayQuery<Real>(origin, direction), limit, [&](Slot slot) {
-        meet(flight, geoms_[slot], {slot, 0});
+        meetOwn(slot);
         limit = limitFor<Real>(flight.reach);
       });
     });
-    meetByBox(flight, GeomTree::other);
-  }
-
-  // Those of a kind and of the next ones that its box overlaps.
-  void meetByBox(Flight& flight, GeomTree::Kind first) const {
-    Buffer<Slot>& slots = flight.share.slots;
-    tree_->find(geoms_, flight.probe.geom(), slots, first);
-    for (const Slot slot : slots) meet(flight, geoms_[slot], {slot, 0});
+    meetByBox(GeomTree::other);
   }
 
   void meet(Flight& flight, dxGeom* geom, RayTarget target) const {
@@ -265,8 +269,17 @@ class Pass {
     }
   }
 
+  // There slots are as good as places.
+  __attribute__((noinline)) void meetNested(Flight& flight, const NestedTree& own) const {
+    meetTree(flight, own.tree, own.geoms, flight.share.slots[1], [&](Slot slot) -> RayTarget {
+      return {own.slot, slot};
+    });
+  }
+
   // As a near callback would that calls dSpaceCollide2 of the ray and the sub-space.
   void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const {
+    if (const NestedTree* const own = nestedAt(nested_, target.slot))
+      return meetNested(flight, *own);
     for (dxGeom* geom = space->first; geom; geom = geom->next) {
       if (!IS_SPACE(geom))
         meet(flight, geom, target);
@@ -304,6 +317,7 @@ class Pass {
   }
 
   const GeomTree* const tree_;
+  const NestedTrees& nested_;
   const Geoms& geoms_;
   const RayRequest& request_;
   RayLists& store_;
@@ -346,11 +360,11 @@ std::size_t report(const Scene& scene, const RayRequest& request, RayLists& stor
 }  // namespace
 
 std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& request,
-                     const RayWay& way, RayLists& lists) {
+                     const RayWay& way, RayLists& lists, NestedTrees nested) {
   if (request.count == 0) return 0;
   try {
     const auto run = [&](bool by_tree) {
-      Pass(by_tree ? &tree : nullptr, scene.slots, request, lists).run(way);
+      Pass(by_tree ? &tree : nullptr, nested, scene.slots, request, lists).run(way);
     };
     if (way.guest) {
       const GeomTree::Reader reader(tree);
@@ -359,6 +373,7 @@ std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& reque
       run(way.trees && tree.bringUpToDate(scene.slots, way.threads, request.count));
     }
   } catch (const std::bad_alloc&) {
+    NestedTrees().swap(nested);
     lists = RayLists();
     if (!way.trees) return dDebug(0, "parallel SAP space: no memory for the hits of one ray"), 0;
     if (!way.guest) tree.release();
@@ -373,6 +388,7 @@ std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& reque
     }
     return hits;
   }
+  NestedTrees().swap(nested);
   return report(scene, request, lists);
 }
 

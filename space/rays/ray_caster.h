@@ -47,7 +47,7 @@ struct RayLists {
     Buffer<RayFound> found;
     Buffer<RayFound> late;  // of what waited, in no order
     Buffer<Waiting> waiting;
-    Buffer<Slot> slots;
+    Buffer<Slot> slots[2];  // of the space, and of a sub-space
 
     void clear() {
       found.resizeDiscarding(0);
@@ -101,10 +101,12 @@ struct RayWay {
 // far; of all others it meets those that its own box overlaps, whatever it has hit. Without one it
 // meets geom by geom.
 //
+// Likewise it goes through the geoms of a sub-space whose tree is among the nested ones.
+//
 // Rays go to a team's threads. What not every thread may collide waits until all are done: then
 // for threads with an image of ODE, and at last for the calling thread (collider_threads.h). Hits
 // are put in order, so that who found them does not matter.
 std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& request,
-                     const RayWay& way, RayLists& lists);
+                     const RayWay& way, RayLists& lists, NestedTrees nested = {});
 
 }  // namespace ode_parallel_sap

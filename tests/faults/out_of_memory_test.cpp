@@ -410,6 +410,36 @@ TEST_CASE("Geoms that moved are counted wherever memory ends in their frame", "[
   CHECK(said.one_by_one > 10);
 }
 
+TEST_CASE("Wherever memory ends in rays and probes, none misses a geom of a large sub-space",
+          "[memory]") {
+  bool fails = true;
+  for (int passed = 0; fails; ++passed) {
+    const Space space;
+    const dSpaceID large = dParallelSAPSpaceCreate(space);
+    for (int i = 0; i < 300; ++i)
+      dGeomSetPosition(dCreateSphere(large, 1), static_cast<dReal>(3 * i), 0, 0);
+    dSpaceClean(space);
+    std::array<dParallelSAPRay, 20> rays = {};
+    std::array<dParallelSAPRayHit, 20> hits = {};
+    for (dParallelSAPRay& ray : rays) {
+      ray.origin[2] = 5;
+      ray.direction[2] = -1;
+      ray.length = 10;
+    }
+    std::vector<dParallelSAPProbe> probes(20, {dCreateSphere(nullptr, 2), nullptr, 0});
+    INFO("allocation " << passed);
+    {
+      const Allocations allocations(passed, false);
+      REQUIRE(dParallelSAPSpaceRays(space, rays.data(), 20, 1, hits.data()) == 20);
+      REQUIRE(dParallelSAPSpaceOverlaps(space, probes.data(), 20, sizeof probes[0], 1, nullptr,
+                                        nullptr) == 20 * 2);
+    }
+    fails = Allocations::failed() > 0;
+    for (const dParallelSAPRayHit& hit : hits) REQUIRE(hit.geom == dSpaceGetGeom(large, 0));
+    dGeomDestroy(probes[0].geom);
+  }
+}
+
 TEST_CASE("Warnings that find no memory leave the pairs as they are", "[memory]") {
   for (const std::size_t n : {3, 300}) {
     const Space space;

@@ -145,6 +145,32 @@ TEST_CASE("Queries and rays of many threads at once have one thread's answers", 
   }
 }
 
+TEST_CASE("Many threads may ask a space with a large one in it, and that one", "[guests]") {
+  const std::uint64_t seed = seedOr(921);
+  const Space space;
+  World world(space);
+  const dSpaceID large = dParallelSAPSpaceCreate(space);
+  World within(large);
+  within.addBoxes(denseCube(2000, seed));
+  const Bounds around = {-2, 8, -2, 8, -2, 8};
+  for (int round = 0; round < scaled(10); ++round) {
+    within.jitter(round % 2 ? 0.01 : 3, seed);
+    dSpaceClean(space);
+    constexpr std::size_t kThreads = 8;
+    std::vector<Answers> got(kThreads);
+    const auto askEither = [&](std::size_t i) {
+      return ask(i % 4 == 3 ? large : dSpaceID(space), around, seed + i, 40);
+    };
+    together(kThreads, [&](int i) {
+      got[static_cast<std::size_t>(i)] = askEither(static_cast<std::size_t>(i));
+    });
+    for (std::size_t i = 0; i < kThreads; ++i) {
+      INFO("round " << round << ", thread " << i << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(difference(got[i], askEither(i)) == "");
+    }
+  }
+}
+
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
   const std::uint64_t seed = seedOr(911);
   const Space space;
@@ -176,6 +202,33 @@ TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
   CHECK(check.owed.size() > 20);
   CHECK(check.wrong == 0);
   CHECK(check.asked > 50);
+}
+
+TEST_CASE("A thread may ask within a callback of a frame in which a sub-space has moved",
+          "[guests]") {
+  for (dSpaceID (*const make)(dSpaceID) : {dParallelSAPSpaceCreate, dSimpleSpaceCreate}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(onePlace(200, 1));
+    const dGeomID within = dCreateBox(make(space), 1, 1, 1);
+    struct Ask {
+      dGeomID space, probe;
+      std::size_t found;
+    } ask = {space.geom(), dCreateSphere(nullptr, 1000), 0};
+    const Messages messages;
+    for (int frame = 1; frame < 4; ++frame) {
+      dGeomSetPosition(within, static_cast<dReal>(0.1 * frame), 0, 0);
+      ask.found = 0;
+      dSpaceCollide(space, &ask, [](void* data, dGeomID, dGeomID) {
+        Ask& own = *static_cast<Ask*>(data);
+        if (!own.found)
+          together(1, [&](int) { own.found = collide2(own.space, own.probe).size(); });
+      });
+      CHECK(ask.found == 201);
+    }
+    CHECK(messages.all().empty());
+    dGeomDestroy(ask.probe);
+  }
 }
 
 #ifdef NDEBUG  // an assertion in debug builds

@@ -13,6 +13,7 @@
 #include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/moving_scene.h"
+#include "support/nested_scene.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/overlap_oracle.h"
@@ -213,6 +214,31 @@ TEST_CASE("Probes see the geoms of spaces within the space, but those of the bod
     CHECK(touching(owed) > 30);
   }
   dGeomDestroy(picky);
+}
+
+TEST_CASE("Probes see the geoms of large spaces within the space, as these change", "[overlaps]") {
+  const std::uint64_t seed = seedOr(523);
+  for (int scene = 0; scene < scaled(4); ++scene) {
+    NestedScene nested(seed + static_cast<std::uint64_t>(scene));
+    Random random(seed);
+    ProbeSet set(60, random);
+    std::size_t touch = 0;
+    for (int frame = 0; frame < 12; ++frame) {
+      if (frame > 0) nested.change();
+      set.moveTo(nested.inside());
+      const std::size_t first = countOverlaps(nested.space(), set.probes(), 3);
+      const std::vector<Contacts> owed = owedOverlaps(nested.space(), set.probes(), 3);
+      CHECK(first == countOverlaps(nested.space(), set.probes(), 3));
+      for (const int threads : kTeams) {
+        INFO("scene " << scene << ", frame " << frame << ", " << threads
+                      << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        dParallelSAPSpaceSetNumThreads(nested.space(), threads);
+        REQUIRE(wrongOverlaps(nested.space(), set.probes(), 3, owed) == "");
+      }
+      touch += touching(owed);
+    }
+    CHECK(touch > 200);
+  }
 }
 
 TEST_CASE("Probes keep up with a space that is edited between them", "[overlaps]") {

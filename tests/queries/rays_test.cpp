@@ -2,6 +2,8 @@
 // near to what rounding could hide.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -13,6 +15,7 @@
 #include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/moving_scene.h"
+#include "support/nested_scene.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/ray_oracle.h"
@@ -257,6 +260,57 @@ TEST_CASE("Rays see the geoms of spaces within the space, at any depth", "[rays]
   }
 }
 
+TEST_CASE("Rays see the geoms of large spaces within the space, as these change", "[rays]") {
+  const std::uint64_t seed = seedOr(443);
+  for (int scene = 0; scene < scaled(4); ++scene) {
+    NestedScene nested(seed + static_cast<std::uint64_t>(scene));
+    Random random(seed);
+    for (int frame = 0; frame < 12; ++frame) {
+      if (frame > 0) nested.change();
+      const Rays rays = raysAt(nested.inside(), frame % 4 ? 60 : 5, random);
+      const int flags = someFlags(random);
+      (void)nearestHits(nested.space(), rays, flags);  // before the oracle asks for bounds
+      const OwedRays owed = owedRays(nested.geoms(), rays, flags);
+      for (const int threads : kTeams) {
+        INFO("scene " << scene << ", frame " << frame << ", " << threads << " threads, flags "
+                      << flags << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        dParallelSAPSpaceSetNumThreads(nested.space(), threads);
+        REQUIRE(wrongRays(nested.space(), rays, flags, owed) == "");
+      }
+    }
+  }
+}
+
+TEST_CASE("Rays and probes do not go through all geoms of a large space within the space",
+          "[rays]") {
+  // The least times of several, for each ray or probe, with as many geoms in the space itself.
+  const auto times = [](bool within) {
+    const Space space;
+    const dSpaceID around = within ? dParallelSAPSpaceCreate(space) : dSpaceID(space);
+    for (int i = 0; i < 20000; ++i)
+      dGeomSetPosition(dCreateSphere(around, 1), static_cast<dReal>(3 * (i % 100)),
+                       static_cast<dReal>(3 * (i / 100)), 0);
+    dParallelSAPSpaceSetNumThreads(space, 1);
+    const Rays rays(500, rayOf({30, 90, 5}, {0.01, 0.02, -1}, 10));
+    std::vector<dParallelSAPProbe> probes(500, {dCreateSphere(nullptr, 1), nullptr, 0});
+    using Clock = std::chrono::steady_clock;
+    std::array<Clock::duration, 2> least = {std::chrono::hours(1), std::chrono::hours(1)};
+    for (int i = 0; i < 5; ++i) {
+      const Clock::time_point begin = Clock::now();
+      REQUIRE(hitsOf(nearestHits(space, rays, 0)) == rays.size());
+      const Clock::time_point middle = Clock::now();
+      REQUIRE(dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], 1,
+                                        nullptr, nullptr) == probes.size());
+      least = {std::min(least[0], middle - begin), std::min(least[1], Clock::now() - middle)};
+    }
+    dGeomDestroy(probes[0].geom);
+    return least;
+  };
+  const auto apart = times(true), together = times(false);
+  CHECK(apart[0] < 6 * together[0]);
+  CHECK(apart[1] < 6 * together[1]);
+}
+
 TEST_CASE("Of geoms that a ray hits at one distance the earlier added one is the nearest",
           "[rays]") {
   const Space space;
@@ -283,21 +337,25 @@ TEST_CASE(
     "the last one added",
     "[rays]") {
   const dVector3 centre = {0, 0, 0, 0}, extents = {9, 9, 9, 0};
-  for (int kind = 0; kind < 5; ++kind) {
+  for (int kind = 0; kind < 7; ++kind) {
+    const std::size_t n = kind < 5 ? 3 : 300;
     const Space space;
     const dSpaceID inner = kind == 0   ? dHashSpaceCreate(space)
                            : kind == 1 ? dParallelSAPSpaceCreate(space)
                            : kind == 2 ? dSimpleSpaceCreate(space)
+                           : kind == 5 ? dHashSpaceCreate(space)
+                           : kind == 6 ? dParallelSAPSpaceCreate(space)
                            : kind == 3 ? dSweepAndPruneSpaceCreate(space, dSAP_AXES_XYZ)
                                        : dQuadTreeSpaceCreate(space, centre, extents, 2);
-    const dGeomID geoms[] = {dCreateSphere(inner, 1), dCreateSphere(inner, 1),
-                             dCreateSphere(inner, 1)};
-    const Rays rays = {rayOf({-5, 0, 0}, {1, 0, 0}, 10)};
+    std::vector<dGeomID> geoms;
+    while (geoms.size() < n) geoms.push_back(dCreateSphere(inner, 1));
+    const Rays rays(30, rayOf({-5, 0, 0}, {1, 0, 0}, 10));
     for (int frame = 0; frame < 3; ++frame) {
       CAPTURE(kind, frame);
-      const dGeomID expected = kind < 3 ? dSpaceGetGeom(inner, 0) : geoms[2];
+      const bool sorting = kind == 3 || kind == 4;
+      const dGeomID expected = sorting ? geoms[2] : dSpaceGetGeom(inner, 0);
       CHECK(nearestHits(space, rays, 0)[0].geom == expected);
-      dGeomSetPosition(geoms[frame], 0, 0, 0);
+      dGeomSetPosition(geoms[static_cast<std::size_t>(frame)], 0, 0, 0);
     }
   }
 }
@@ -515,6 +573,9 @@ TEST_CASE("Where there is no memory for a batch its rays are cast one by one", "
   auto& [space, world, random] = scene;
   const Rays rays = raysAt(world.geoms(), 60, random);
   world.take(createUserBox(space, {-1e3, 1e3, -1e3, 1e3, -1e3, 1e3}, false, failWithoutMemory));
+  const dSpaceID large = dParallelSAPSpaceCreate(space);
+  for (int i = 0; i < 200; ++i) dCreateSphere(large, dReal(0.01 * i));
+  world.take(asGeom(large));
   const OwedRays owed = owedRays(world.geoms(), rays, 0);
   for (const int threads : kTeams) {
     INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
