@@ -40,11 +40,14 @@ class ChangedPairs {
     const int used = runChunks(
         meeting_changed, team, count, chunkOf(count, changed_chunk, team),
         [&](const Range& range, int thread) {
-          for (std::size_t i = range.begin; i < range.end; ++i)
+          for (std::size_t i = range.begin; i < range.end; ++i) {
+            if (i + prefetch_distance < range.end && !boxes.wide)
+              prefetch(&boxes.boxes[static_cast<Slot>(workspace_[i + prefetch_distance])]);
             if (const Slot slot = static_cast<Slot>(workspace_[i]); isActive(boxes, slot)) {
               meet(slot, hits_[thread]);
               addPairs(boxes, all_active, slot, set, hits_[thread], parts_[thread]);
             }
+          }
         });
     sortPairs(parts_, boxes.size, threads, workspace_, found_);
     return used;

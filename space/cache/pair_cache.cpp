@@ -23,7 +23,7 @@ void PairCache::start(std::size_t slots) {
 // Small scenes are found anew faster than changes in a tree.
 bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
   const bool by_tree = mechanisms::incremental_trees && slots > small_scene_slots;
-  return changes * changing_share > slots || (changes > 0 && !by_tree);
+  return changes * changed_share > slots || (changes > 0 && !by_tree);
 }
 
 PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
@@ -62,7 +62,7 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   const int used = changed_pairs_.find(
       boxes, facts.disabled == 0 && !filter.planes().any(), changed, changed_, threads,
       [&](Slot slot) { return tree->placeOf(slot); },
-      [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, geoms[slot], hits); });
+      [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, slot, boxes, hits); });
   counts.threads = std::max(counts.threads, used);
   PairList& found = changed_pairs_.found();
   counts.found = found.size();

@@ -21,7 +21,7 @@ namespace ode_parallel_sap {
 // among the candidates, the pairs of proxies. Candidates are kept in their order; those of proxies
 // that are out of date are found anew in a tree and merged in. There are three margins:
 //
-// - 0, if at most one geom in changing_share changed. Geoms that changed are out of date, and all
+// - 0, if at most one geom in changed_share changed. Geoms that changed are out of date, and all
 //   candidates are pairs.
 // - a share of a box's size, if all geoms move by little (FatProxies). Boxes that left their fat
 //   ones are out of date, and candidates whose boxes overlap are pairs.

@@ -92,24 +92,46 @@ void CellTrees<Real>::packUpperLevels() {
 }
 
 template <class Real>
+const TreeView<Real>& CellTrees<Real>::treeOf(std::size_t cell) const {
+  std::size_t tree = 0;
+  while (cell - views_[tree].first_cell >= cells(tree)) ++tree;
+  return views_[tree];
+}
+
+template <class Real>
+void CellTrees<Real>::put(std::size_t cell, int lane, const BasicBox<Real>& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    groups_[cell].lower[axis][lane] = box.lower[axis];
+    groups_[cell].upper[axis][lane] = box.upper[axis];
+  }
+}
+
+template <class Real>
 bool CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
   const bool fits = isActive(box) && makeRoom(cell, lane, box);
-  const BasicBox<Real> placed = fits ? box : inactiveBox<Real>();
-  for (int axis = 0; axis < 3; ++axis) {
-    groups_[cell].lower[axis][lane] = placed.lower[axis];
-    groups_[cell].upper[axis][lane] = placed.upper[axis];
-  }
+  put(cell, lane, fits ? box : inactiveBox<Real>());
   return fits;
 }
 
+template <class Real>
+bool CellTrees<Real>::moveWithin(std::size_t cell, int lane, const BasicBox<Real>& box) {
+  const TreeView<Real>& view = treeOf(cell);
+  const std::size_t own = cell - view.first_cell;
+  const Group<Real>& bounds = view.levels[1][own / group_size];
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(bounds.lower[axis][own % group_size] <= box.lower[axis] &&
+          box.upper[axis] <= bounds.upper[axis][own % group_size]))
+      return false;
+  put(cell, lane, box);
+  return true;
+}
+
 // Has the bounds of a cell, and all above it, hold the box. Not where they would have to grow
-// beyond some lengths of the box.
+// beyond some lengths of the box, as it is or was.
 template <class Real>
 bool CellTrees<Real>::makeRoom(std::size_t cell, int place, const BasicBox<Real>& box) {
   const Group<Real>& boxes = groups_[cell];
-  std::size_t tree = 0;
-  while (cell - views_[tree].first_cell >= cells(tree)) ++tree;
-  const TreeView<Real>& view = views_[tree];
+  const TreeView<Real>& view = treeOf(cell);
   std::size_t child = cell - view.first_cell;
   Group<Real>* bounds = &level(view, 1)[child / group_size];
   std::size_t lane = child % group_size;

@@ -32,7 +32,10 @@ class CellTrees {
   // are moved about, would be much longer than the box: the place is then empty.
   bool setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
 
-  // Asks for what setBox() changes.
+  // The same where the bounds of the cell hold the box as they are; else false. For different
+  // places many threads may do so at once.
+  bool moveWithin(std::size_t cell, int lane, const BasicBox<Real>& box);
+  // Asks for what these change.
   void prefetchCell(std::size_t cell) const {
     for (int axis = 0; axis < 3; ++axis) {
       prefetch(groups_[cell].lower[axis]);
@@ -58,6 +61,8 @@ class CellTrees {
   void layOut(const CellClasses& classes, bool filtered);
   void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
   void packUpperLevels();
+  const TreeView<Real>& treeOf(std::size_t cell) const;
+  void put(std::size_t cell, int lane, const BasicBox<Real>& box);
   bool makeRoom(std::size_t cell, int place, const BasicBox<Real>& box);
 
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each

@@ -18,7 +18,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region packing("geom tree: boxes");
+Region packing("geom tree: boxes"), moving("geom tree: moved boxes");
 
 // Up to this number dirty geoms are cleaned by one thread on the way.
 constexpr std::size_t most_cleaned_alone = grains::packed_slots.work;
@@ -60,7 +60,7 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads) {
   all.resizeDiscarding(boxes[bounded].size = geoms.size());
   std::atomic<std::size_t> count{0};
   const int most = teamFor(geoms.size(), grains::packed_slots, threads);
-  clearForTeam(others, most);
+  clearForTeam(apart, most);
   runTeam(packing, most, [&](int thread, int team) {
     std::size_t own_count = 0;
     const Range own = ownPart(geoms.size(), thread, team);
@@ -70,19 +70,19 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads) {
       bool coarse = false;
       all[slot] = boxOf<Real>(geom, coarse);
       own_count += coarse;
-      if (geom && !hasBoundedHits(geom)) others[thread].push_back(static_cast<Slot>(slot));
+      if (geom && !hasBoundedHits(geom)) apart[thread].push_back(static_cast<Slot>(slot));
     }
     count += own_count;
   });
   boxes[other].size = 0;
-  for (const Buffer<Slot>& part : others)
+  for (const Buffer<Slot>& part : apart)
     for (const Slot slot : part) {
-      Buffer<BasicBox<Real>>& apart = boxBufferOf<Real>(boxes[other]);
+      Buffer<BasicBox<Real>>& others = boxBufferOf<Real>(boxes[other]);
       if (!boxes[other].size) {
-        apart.resizeDiscarding(boxes[other].size = geoms.size());
-        std::fill(apart.begin(), apart.end(), inactiveBox<Real>());
+        others.resizeDiscarding(boxes[other].size = geoms.size());
+        std::fill(others.begin(), others.end(), inactiveBox<Real>());
       }
-      std::swap(apart[slot], all[slot]);
+      std::swap(others[slot], all[slot]);
     }
   return count;
 }
@@ -122,26 +122,45 @@ void GeomTree::Tree::setUpToDate(std::size_t slots_now) {
   all_changed = false;
 }
 
-// False once there are more rows of strays than that: the tree is then to be built anew.
-bool GeomTree::Tree::refresh(const Geoms& geoms, double most_rows) {
-  const std::size_t places = all_changed ? std::max(geoms.size(), slots) : changed.size();
-  const auto slotAt = [&](std::size_t i) { return all_changed ? i : changed[i]; };
+// False once there are more rows of strays than that: the tree is then to be built anew. Boxes that
+// stay within their cells are written by all threads, the others are placed by one.
+bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) {
+  const std::size_t count = all_changed ? std::max(geoms.size(), slots) : changed.size();
+  const auto slotAt = [&](std::size_t i) {
+    return all_changed ? static_cast<Slot>(i) : changed[i];
+  };
+  const int most = teamFor(count, grains::changed_boxes, threads);
+  clearForTeam(apart, most);
   const bool few = withTrees([&](auto& of) {
     using Real = RealOf<decltype(of[0])>;
-    for (std::size_t i = 0; i < places; ++i) {
-      if (i + prefetch_distance < places)
-        if (const dxGeom* const later = geomAt(geoms, slotAt(i + prefetch_distance))) {
-          prefetchBounds(later);
-          of[bounded].prefetchPlace(static_cast<Slot>(slotAt(i + prefetch_distance)));
+    runTeam(moving, most, [&](int thread, int team) {
+      const Range own = ownPart(count, thread, team);
+      for (std::size_t i = own.begin; i < own.end; ++i) {
+        if (i + prefetch_distance < own.end) {
+          const Slot later = slotAt(i + prefetch_distance);
+          if (const dxGeom* const geom = geomAt(geoms, later)) {
+            prefetchBounds(geom);
+            prefetchPose(geom);
+          }
+          of[bounded].prefetchPlace(later);
         }
-      const std::size_t slot = slotAt(i);
-      const dxGeom* const geom = geomAt(geoms, slot);
-      const Kind kind = geom && !hasBoundedHits(geom) ? other : bounded;
-      bool coarse;
-      of[kind].place(static_cast<Slot>(slot), boxOf<Real>(geom, coarse));
-      of[kinds - 1 - kind].place(static_cast<Slot>(slot), inactiveBox<Real>());
-      if (static_cast<double>(of[kind].strayRows()) > most_rows) return false;
-    }
+        const Slot slot = slotAt(i);
+        const dxGeom* const geom = geomAt(geoms, slot);
+        bool coarse;
+        if (!geom || !hasBoundedHits(geom) || of[other].holds(slot) ||
+            !of[bounded].moveWithin(slot, boxOf<Real>(geom, coarse)))
+          apart[thread].push_back(slot);
+      }
+    });
+    for (const Buffer<Slot>& part : apart)
+      for (const Slot slot : part) {
+        const dxGeom* const geom = geomAt(geoms, slot);
+        const Kind kind = geom && !hasBoundedHits(geom) ? other : bounded;
+        bool coarse;
+        of[kind].place(slot, boxOf<Real>(geom, coarse));
+        of[kinds - 1 - kind].place(slot, inactiveBox<Real>());
+        if (static_cast<double>(of[kind].strayRows()) > most_rows) return false;
+      }
     return true;
   });
   if (few) setUpToDate(geoms.size());
@@ -185,7 +204,8 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     const double most_rows =
         cost > slots ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
     if (!close()) return is_current;
-    up_to_date = is_cheap && mechanisms::kept_query_tree && tree_->refresh(geoms, most_rows);
+    up_to_date =
+        is_cheap && mechanisms::kept_query_tree && tree_->refresh(geoms, threads, most_rows);
   }
   if (!up_to_date) {
     if ((!must && build_cost > expected) || !close()) return false;
@@ -199,23 +219,38 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
 }
 
 void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found, Kind first) const {
-  found.resizeDiscarding(geoms.size() + 2 * group_size);
-  const std::size_t count = withTrees([&](const auto& of) {
+  withTrees([&](const auto& of) {
     bool coarse;
-    const auto box = boxOf<RealOf<decltype(of[0])>>(geom, coarse);
-    std::size_t count = 0;
-    for (int kind = first; kind < kinds; ++kind)
-      if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
-    return count;
+    findBox(of, boxOf<RealOf<decltype(of[0])>>(geom, coarse), first, geoms.size(), found);
   });
-  // Where the boxes cannot decide, the AABBs do.
-  std::size_t certain = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Slot hit = found[i], slot = hit & ~borderline_slot;
-    found[certain] = slot;
-    certain += slot == hit || boxesOverlap(geoms[slot], geom);
+  dropApart(geoms, geom, found);
+}
+
+void GeomTree::find(const Geoms& geoms, Slot slot, const BoxSet& boxes, Buffer<Slot>& found) const {
+  if (boxes.wide || tree_->is_wide) return find(geoms, geoms[slot], found);
+  findBox(tree_->narrow, boxes.boxes[slot], bounded, geoms.size(), found);
+  dropApart(geoms, geoms[slot], found);
+}
+
+template <class Real>
+void GeomTree::findBox(const QueryTree<Real> (&of)[kinds], const BasicBox<Real>& box, Kind first,
+                       std::size_t slots, Buffer<Slot>& found) {
+  found.resizeDiscarding(slots + 2 * group_size);
+  std::size_t count = 0;
+  for (int kind = first; kind < kinds; ++kind)
+    if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
+  found.resize(count);
+}
+
+// Where the boxes cannot decide, the AABBs do.
+void GeomTree::dropApart(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) {
+  Slot* next = found.data();
+  for (const Slot hit : found) {
+    const Slot slot = hit & ~borderline_slot;
+    *next = slot;
+    next += slot == hit || boxesOverlap(geoms[slot], geom);
   }
-  found.resize(certain);
+  found.resize(next - found.data());
 }
 
 }  // namespace ode_parallel_sap

@@ -90,6 +90,8 @@ class GeomTree {
   // threads at once. Throws std::bad_alloc.
   void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found,
             Kind first = bounded) const;
+  // The same of the geom of a slot, whose box is in `boxes`.
+  void find(const Geoms& geoms, Slot slot, const BoxSet& boxes, Buffer<Slot>& found) const;
 
   std::uint32_t placeOf(Slot slot) const {
     return withTrees([=](const auto& of) { return of[bounded].placeOf(slot); });
@@ -116,8 +118,9 @@ class GeomTree {
     Buffer<Slot> changed;   // since the tree was up to date, unless all_changed; some twice
     std::size_t slots = 0;  // when the tree was up to date
     unsigned builds = 0;
-    BoxSet boxes[kinds];               // of the last build
-    std::vector<Buffer<Slot>> others;  // of the second kind, one a thread
+    BoxSet boxes[kinds];  // of the last build
+    // Slots that are left to one thread, by thread that left them.
+    std::vector<Buffer<Slot>> apart;
     QueryTree<float> narrow[kinds];
     QueryTree<double> wide[kinds];
 
@@ -128,15 +131,19 @@ class GeomTree {
     template <class Real>
     std::size_t pack(const Geoms& geoms, int threads);
     void build(const Geoms& geoms, int threads);
-    bool refresh(const Geoms& geoms, double most_rows);
+    bool refresh(const Geoms& geoms, int threads, double most_rows);
     void setUpToDate(std::size_t slots);
     std::size_t strayRows() {
       return withTrees([](auto& of) { return of[bounded].strayRows() + of[other].strayRows(); });
     }
     bool isCurrent() const { return built && !all_changed && changed.size() == 0; }
-    std::size_t bytes() const { return bytesOf(changed, boxes, others, narrow, wide); }
+    std::size_t bytes() const { return bytesOf(changed, boxes, apart, narrow, wide); }
   };
 
+  template <class Real>
+  static void findBox(const QueryTree<Real> (&of)[kinds], const BasicBox<Real>& box, Kind first,
+                      std::size_t slots, Buffer<Slot>& found);
+  static void dropApart(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found);
   // Before the tree is changed: false where others read it. They count themselves first, and see
   // then that it is closed.
   bool close() {

@@ -3,10 +3,14 @@
 #include <algorithm>
 
 #include "space/base/floating_point.h"
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
+
+Region numbering("query tree: places");
 
 template <class Real>
 void put(Group<Real>& group, int lane, const BasicBox<Real>& box) {
@@ -29,9 +33,13 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   std::fill(places_.begin(), places_.end(), nowhere);
   const CellBoxes of = order_.boxesOfCells();
   trees_.build(boxes, of, order_.classes(), threads);
-  for (std::size_t cell = 0; cell < cells(); ++cell)
-    for (std::uint32_t i = of.starts[cell]; i < of.starts[cell + 1]; ++i)
-      places_[of.order[i]] = static_cast<std::uint32_t>(cell * group_size + (i - of.starts[cell]));
+  runTeam(numbering, teamFor(cells(), grains::box_rows, threads), [&](int thread, int team) {
+    const Range own = ownPart(cells(), thread, team);
+    for (std::size_t cell = own.begin; cell < own.end; ++cell)
+      for (std::uint32_t i = of.starts[cell]; i < of.starts[cell + 1]; ++i)
+        places_[of.order[i]] =
+            static_cast<std::uint32_t>(cell * group_size + (i - of.starts[cell]));
+  });
 }
 
 template <class Real>

@@ -26,7 +26,15 @@ class QueryTree {
   // The slot's box from now on, whether it had one or not; an inactive one takes it out. Needs
   // exactMode().
   void place(Slot slot, const BasicBox<Real>& box);
-  // Asks for what place() changes.
+  // The same of an active box, if its bounds hold it where it is; else false. For different slots
+  // many threads may do so at once.
+  bool moveWithin(Slot slot, const BasicBox<Real>& box) {
+    const std::uint32_t place = placeOf(slot);
+    return place < cells() * group_size &&
+           trees_.moveWithin(place / group_size, place % group_size, box);
+  }
+  bool holds(Slot slot) const { return placeOf(slot) != nowhere; }
+  // Asks for what these change.
   void prefetchPlace(Slot slot) const {
     if (placeOf(slot) < cells() * group_size) trees_.prefetchCell(placeOf(slot) / group_size);
   }
