@@ -163,15 +163,6 @@ def finder_names(rows, fixed):
     return ["CPU, %d threads" % rows[0]["threads"] if on == 0 else "%d GPU%s" % (on, "s" if on > 1 else "") for on in fixed]
 
 
-def gpus(directory):
-    """A row of devices, without Auto."""
-    rows = [row for row in read(directory, "devices") if row["scene"] == "cube" and row["n"] == 1000000]
-    fixed = [on for on in values(rows, "on") if on in (0, 1, 2)]
-    return markdown(["pairs of"] + finder_names(rows, fixed),
-                    [["1,000,000 moving boxes, ms"] + [shown(one(rows, on=on)["median_ms"]) for on in fixed]],
-                    ["%(gpu)s; commit %(commit)s, %(date)s" % rows[0]])
-
-
 def devices(directory):
     rows = [row for row in read(directory, "devices") if row["scene"] == "cube"]
     fixed = [on for on in values(rows, "on") if on != "auto"]
@@ -268,7 +259,7 @@ def stock_spaces(directory):
 # By name: the function and the file of rows.
 TABLES = {"step": (step, "step"), "small": (small, "small"), "frames": (frames, "frames"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
-          "gpus": (gpus, "devices"), "warehouse": (warehouse, "warehouse"), "callback": (callback, "collide"),
+          "warehouse": (warehouse, "warehouse"), "callback": (callback, "collide"),
           "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),
           "wrong-scenes": (stock_spaces, "rows")}
 for study in ("peers", "rivals", "scaling", "collide", "blocks", "device-rivals"):

@@ -199,7 +199,7 @@ TEST_CASE("Many threads may tell of geoms at once", "[notified]") {
     std::vector<std::thread> threads;
     for (std::size_t thread = 0; thread < team; ++thread)
       threads.emplace_back([&, thread] {
-        for (std::size_t i = thread; i < geoms.size() / 9; i += team) {
+        for (std::size_t i = thread; i < geoms.size() / 17; i += team) {
           dGeomIsEnabled(geoms[i]) ? dGeomDisable(geoms[i]) : dGeomEnable(geoms[i]);
           dParallelSAPSpaceNotify(row.space, geoms[i]);
         }

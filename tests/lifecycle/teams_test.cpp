@@ -33,7 +33,7 @@ void moveAll(World& world, std::uint64_t seed) {
 
 void moveSome(World& world, std::uint64_t seed) {
   Random random(seed);
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 30; ++i) {
     const dGeomID geom = world.geoms()[random.below(world.geoms().size())];
     const dReal* const at = dGeomGetPosition(geom);
     dGeomSetPosition(geom, at[0] + random.between(-1, 1), at[1], at[2]);
