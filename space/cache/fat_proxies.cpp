@@ -81,9 +81,9 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& s
     const Box& box = boxes.boxes[i * step];
     Box& before = sample_[i];
     if (known && isActive(box) && isActive(before)) {
-      const float distance = distanceOf(before, box) * least_service;
+      const float distance = distanceOf(before, box);
       ++compared;
-      fast += !(distance <= marginOf(box, fat_share));
+      fast += !(distance * least_service <= marginOf(box, fat_share));
       fast_for_tolerance += !(distance <= useful * most_loose / 2);
     }
     before = box;
