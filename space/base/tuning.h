@@ -102,8 +102,8 @@ constexpr std::size_t packed_ahead = 3;
 
 // From frame to frame.
 
-// When more than one geom in so many changed, all pairs are found anew: of 400,000 spheres, the same
-// tenth in every frame, that takes 0.8 of the time.
+// When more than one geom in so many changed, all pairs are found anew: of 400,000 spheres, the
+// same tenth in every frame, that takes 0.8 of the time.
 constexpr std::size_t changed_share = 16;
 
 // Larger boxes are of no use where more than one box in so many is fast, nor where twice as many

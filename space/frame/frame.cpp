@@ -373,23 +373,23 @@ void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
 }
 
 void Pipeline::release(int part, FrameLists& lists) {
-  if (!made(stages_)) return;
+  if (!stages_) return;
   cache().stop();
   switch (part) {
     case 0:
       lists = FrameLists();
       break;
     case 1:
-      extraction().release();
-      cache() = PairCache();  // which goes on from its trees
-      break;
-    case 2:
       geomUpdate() = GeomUpdate();
       break;
-    default:
+    case 2:
       pairFilter() = PairFilter();
       if (events_) events_->release();
       if (last_stage_) last_stage_->release();
+      break;
+    default:  // at last: frames that find all anew begin to fill the cache
+      extraction().release();
+      cache() = PairCache();
   }
 }
 
