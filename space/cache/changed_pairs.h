@@ -26,29 +26,23 @@ class ChangedPairs {
   // meet(slot, hits) leaves in `hits` the slots, bits beside them, whose boxes overlap that of a
   // slot, which may be among them, as may be some that are gone, and unless `all_active` some that
   // are inactive. It is called on up to so many threads. Returns the number used.
-  template <class Meet, class PlaceOf>
+  template <class Meet>
   int find(const BoxSet& boxes, bool all_active, const Buffer<Slot>& changed, const SlotSet& set,
-           int threads, PlaceOf placeOf, Meet meet) {
+           int threads, Meet meet) {
     const std::size_t count = changed.size();
-    workspace_.resizeDiscarding(2 * count);
-    for (std::size_t i = 0; i < count; ++i)
-      workspace_[i] = std::uint64_t{placeOf(changed[i])} << 32 | changed[i];
-    radixSort(workspace_.data(), workspace_.data() + count, count, 36, 28, threads);
     const int team = teamFor(count, grains::changed_boxes, threads);
     clearForTeam(parts_, team);
     hits_.resize(std::max(hits_.size(), static_cast<std::size_t>(team)));
-    const int used = runChunks(
-        meeting_changed, team, count, chunkOf(count, changed_chunk, team),
-        [&](const Range& range, int thread) {
-          for (std::size_t i = range.begin; i < range.end; ++i) {
-            if (i + prefetch_distance < range.end && !boxes.wide)
-              prefetch(&boxes.boxes[static_cast<Slot>(workspace_[i + prefetch_distance])]);
-            if (const Slot slot = static_cast<Slot>(workspace_[i]); isActive(boxes, slot)) {
-              meet(slot, hits_[thread]);
-              addPairs(boxes, all_active, slot, set, hits_[thread], parts_[thread]);
-            }
-          }
-        });
+    const int used =
+        runChunks(meeting_changed, team, count, chunkOf(count, changed_chunk, team),
+                  [&](const Range& range, int thread) {
+                    for (std::size_t i = range.begin; i < range.end; ++i) {
+                      const Slot slot = changed[i];
+                      if (!isActive(boxes, slot)) continue;
+                      meet(slot, hits_[thread]);
+                      addPairs(boxes, all_active, slot, set, hits_[thread], parts_[thread]);
+                    }
+                  });
     sortPairs(parts_, boxes.size, threads, workspace_, found_);
     return used;
   }

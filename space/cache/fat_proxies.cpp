@@ -225,13 +225,11 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
     stray_rows_ = 0;
   }
   stray_rows_ += static_cast<double>(leaving_.size() * tree_.strayRows());
-  const int used = changed_pairs_.find(
-      fat_, /*all_active=*/true, leaving_, left_, threads,
-      [&](Slot slot) { return tree_.placeOf(slot); },
-      [&](Slot slot, Buffer<Slot>& hits) {
-        hits.resizeDiscarding(tree_.most());
-        hits.resize(tree_.find(fat_.boxes[slot], hits.data()));
-      });
+  const int used = changed_pairs_.find(fat_, /*all_active=*/true, leaving_, left_, threads,
+                                       [&](Slot slot, Buffer<Slot>& hits) {
+                                         hits.resizeDiscarding(tree_.most());
+                                         hits.resize(tree_.find(fat_.boxes[slot], hits.data()));
+                                       });
   kept_ = merge_.replace(left_, changed_pairs_.found(), threads, candidates_);
   return used;
 }

@@ -61,7 +61,6 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   if (!tree || !tree->bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
   const int used = changed_pairs_.find(
       boxes, facts.disabled == 0 && !filter.planes().any(), changed, changed_, threads,
-      [&](Slot slot) { return tree->placeOf(slot); },
       [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, slot, boxes, hits); });
   counts.threads = std::max(counts.threads, used);
   PairList& found = changed_pairs_.found();

@@ -93,10 +93,6 @@ class GeomTree {
   // The same of the geom of a slot, whose box is in `boxes`.
   void find(const Geoms& geoms, Slot slot, const BoxSet& boxes, Buffer<Slot>& found) const;
 
-  std::uint32_t placeOf(Slot slot) const {
-    return withTrees([=](const auto& of) { return of[bounded].placeOf(slot); });
-  }
-
   // A frame went by: a tree that no query used in many of them is given back. Whether it was.
   bool noteFrame() {
     if (!tree_ || ++idle_frames_ != idle_frames) return false;

@@ -26,7 +26,7 @@ class QueryTree {
   // The slot's box from now on, whether it had one or not; an inactive one takes it out. Needs
   // exactMode().
   void place(Slot slot, const BasicBox<Real>& box);
-  // The same of an active box, if its bounds hold it where it is; else false. For different slots
+  // The same of an active box, if the bounds of its cell hold it; else false. For different slots
   // many threads may do so at once.
   bool moveWithin(Slot slot, const BasicBox<Real>& box) {
     const std::uint32_t place = placeOf(slot);
@@ -50,7 +50,6 @@ class QueryTree {
   template <class Visit>
   void visitAlong(const RayQuery<Real>& ray, Real& limit, Visit visit) const;
 
-  std::uint32_t placeOf(Slot slot) const { return slot < places_.size() ? places_[slot] : nowhere; }
   bool holdsNone() const { return cells() == 0 && strayRows() == 0; }
   // Rows of sixteen strays that each query goes through.
   std::size_t strayRows() const { return stray_boxes_.size(); }
@@ -64,6 +63,7 @@ class QueryTree {
   static constexpr std::uint32_t nowhere = ~std::uint32_t{0};
 
   std::size_t cells() const { return trees_.cells(); }
+  std::uint32_t placeOf(Slot slot) const { return slot < places_.size() ? places_[slot] : nowhere; }
   std::uint32_t addStray(Slot slot);
   template <class Visit>
   void visitInTree(const TreeView<Real>& tree, const RayQuery<Real>& ray, Real& limit,

@@ -1,0 +1,73 @@
+// Boxes that move in a kept tree: which stay in their cells.
+#include "space/queries/query_tree.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "space/base/floating_point.h"
+#include "support/catch.hpp"
+
+using namespace ode_parallel_sap;
+
+namespace {
+
+constexpr Slot row_length = 20;
+
+Box boxAt(float x, float y, float length = 1) {
+  return {{x, y, 0}, {x + length, y + 1, 1}};
+}
+
+Box boxOf(Slot slot) {
+  return boxAt(static_cast<float>(slot % row_length), static_cast<float>(slot / row_length));
+}
+
+// Unit boxes side by side.
+QueryTree<float> treeOfRows() {
+  BoxSet boxes;
+  boxes.size = row_length * row_length;
+  boxes.boxes.resize(boxes.size);
+  for (Slot slot = 0; slot < boxes.size; ++slot) boxes.boxes[slot] = boxOf(slot);
+  QueryTree<float> tree;
+  tree.build(boxes, 1);
+  return tree;
+}
+
+std::vector<Slot> found(const QueryTree<float>& tree, const Box& box) {
+  std::vector<Slot> slots(tree.most());
+  slots.resize(tree.find(box, slots.data()));
+  for (Slot& slot : slots) slot &= ~borderline_slot;
+  std::sort(slots.begin(), slots.end());
+  return slots;
+}
+
+}  // namespace
+
+TEST_CASE("A box that moves a little stays in its cell, and is found where it is", "[queries]") {
+  const ScopedMode mode(exactMode());
+  QueryTree<float> tree = treeOfRows();
+  for (Slot slot = 0; slot < row_length * row_length; ++slot) {
+    Box box = boxOf(slot);
+    box.lower[2] += 1.5f;
+    box.upper[2] += 1.5f;
+    tree.place(slot, box);
+    const Box above = {{box.lower[0] + 0.25f, box.lower[1] + 0.25f, 2},
+                       {box.lower[0] + 0.5f, box.lower[1] + 0.5f, 3}};
+    CHECK(found(tree, above) == std::vector<Slot>{slot});
+  }
+  CHECK(tree.strayRows() == 0);
+}
+
+TEST_CASE("A box that goes far, or is long for once, leaves its cell", "[queries]") {
+  const ScopedMode mode(exactMode());
+  for (const Box& other : {boxAt(1000, 0), boxAt(3, 3, 50)}) {
+    QueryTree<float> tree = treeOfRows();
+    tree.place(5, other);
+    CHECK(tree.strayRows() == 1);
+    const float x = other.upper[0] - 0.25f, y = other.lower[1] + 0.25f;
+    CHECK(found(tree, {{x, y, 0.25f}, {x, y, 0.5f}}) == std::vector<Slot>{5});
+    // What it was is found no more.
+    CHECK(found(tree, {{5.25f, 0.25f, 0.25f}, {5.5f, 0.5f, 0.5f}}).empty());
+    tree.place(5, inactiveBox<float>());
+    CHECK(found(tree, {{x, y, 0.25f}, {x, y, 0.5f}}).empty());
+  }
+}
