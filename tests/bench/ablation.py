@@ -30,14 +30,14 @@ HEADER = "space/base/mechanisms.h"
 RUNS = {
     "kept_pairs": ("frame/frame.cpp", "  frame.stats.kept = counts.kept;", "true"),
     "incremental_trees": ("cache/pair_cache.cpp", "  counts.kept = merge_.replace(", "true"),
-    "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "cache_.fat().kept() > 0"),
+    "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "cache().fat().kept() > 0"),
     "kept_cells": ("pairs/cell_coherence.cpp", "    if (++reuses_ > 1)", "true"),
     "still_small_scenes": ("frame/small_scenes.cpp", "  lists.changes = changes;", "still"),
     "small_scenes": ("frame/frame.cpp", "  return small_scenes_.collide(", "true"),
     "box_classes": ("pairs/box_classes.cpp", "  classes_.clear();",
                     "std::count(most_short_, most_short_ + 3, std::numeric_limits<Real>::max()) < 3"),
     "query_trees": ("queries/geom_tree.cpp", "  stray_rows_ += static_cast", "!must"),
-    "kept_query_tree": ("queries/geom_tree.cpp", "  if (few) setUpToDate(", "few && places > 0"),
+    "kept_query_tree": ("queries/geom_tree.cpp", "  if (few) setUpToDate(", "few && count > 0"),
 }
 # Into the header of a library that counts: how often each ran, written where the environment says at the end.
 COUNTERS = """
