@@ -496,8 +496,9 @@ inline void ParallelSAPSpace::reportHits(const QueryLists& lists, dxGeom* geom, 
 }
 
 // The same of few geoms, which needs no lists.
-inline void ParallelSAPSpace::reportFew(const Call& call, dxGeom* geom, void* data,
-                                        dNearCallback* callback) {
+__attribute__((always_inline)) inline void ParallelSAPSpace::reportFew(const Call& call,
+                                                                       dxGeom* geom, void* data,
+                                                                       dNearCallback* callback) {
   const Buffer<dxGeom*>& geoms = slots_.geoms();
   std::uint32_t hits = findFew(geoms, geom, settings_.rules);
   if (!hits) return;
