@@ -82,11 +82,8 @@ constexpr std::size_t sampled_boxes = 1024;
 // An axis divides boxes into short and long ones if these are this many times as long on average.
 constexpr double far_longer = 8;
 
-// Binary digits that records are sorted by at a time: as many as of regions.
-constexpr int most_digits = 11;
-
-// The same on one thread, whose counters are cleared for a few hundred records.
-constexpr int most_digits_alone = 8;
+// Parts that pairs are sorted in: more than one a thread, since they differ in size.
+constexpr int buckets_a_thread = 8;
 
 // Words of rows, 256 kB, that a thread gets at a time. A round number.
 constexpr std::size_t row_block_words = std::size_t{1} << 16;

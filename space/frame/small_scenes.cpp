@@ -221,6 +221,29 @@ void complainOfInvalid(dxGeom* first, Complaints& complaints) {
     if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
 }
 
+// Not inline: the loop needs all registers.
+__attribute__((noinline)) void reportPairs(const Scene& scene, const SmallLists& lists,
+                                           PairReceiver receiver) {
+  const Reports::Open open(scene.reports, receiver.opens);
+  const bool& changed = scene.reports.changed();
+  dxGeom* const* const active = lists.active.data();
+  const PlacePair *const pairs = lists.pairs.data(), *const end = pairs + lists.overlaps;
+  const std::size_t slots = scene.slots.size();
+  const auto isThere = [&](const dxGeom* geom) {
+    const auto end = scene.slots.begin() + slots;
+    return std::find(scene.slots.begin(), end, geom) != end;
+  };
+  for (const PlacePair* pair = pairs; pair < end; ++pair) {
+    if (pair->isLeftOut()) continue;
+    dxGeom *const a = active[pair->earlier()], *const b = active[pair->later()];
+    if (__builtin_expect(!changed, 1) || (isThere(a) && isThere(b)))
+      receiver.callback(receiver.data, a, b);
+    else if (receiver.gap)
+      receiver.gap(receiver.data);
+  }
+  if (receiver.end) receiver.end(receiver.data);
+}
+
 }  // namespace
 
 bool SmallLists::grow(std::size_t geoms) try {
@@ -258,30 +281,13 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
   const unsigned long long frame = statistics.frames();
   statistics.noteSmall(found.counts);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  dxGeom* const* const active = lists.active.data();
-  const PlacePair *const pairs = lists.pairs.data(), *const end = pairs + lists.overlaps;
-  const auto forPairs = [=](auto use) {
-    for (const PlacePair* pair = pairs; pair < end; ++pair)
-      if (!pair->isLeftOut()) use(active[pair->earlier()], active[pair->later()]);
-  };
   if (report.watcher) {
-    forPairs([&](dxGeom* a, dxGeom* b) { report.watcher->see(a, b); });
+    for (unsigned i = 0; i < lists.overlaps; ++i)
+      if (const PlacePair pair = lists.pairs[i]; !pair.isLeftOut())
+        report.watcher->see(lists.active[pair.earlier()], lists.active[pair.later()]);
     report.watcher->endPairs();
   }
-  const PairReceiver receiver = report.receiver;
-  const Reports::Open open(scene.reports, receiver.opens);
-  const std::size_t slots = scene.slots.size();
-  const auto isThere = [&](const dxGeom* geom) {
-    const auto end = scene.slots.begin() + slots;
-    return std::find(scene.slots.begin(), end, geom) != end;
-  };
-  forPairs([&](dxGeom* a, dxGeom* b) {
-    if (!scene.reports.changed() || (isThere(a) && isThere(b)))
-      receiver.callback(receiver.data, a, b);
-    else if (receiver.gap)
-      receiver.gap(receiver.data);
-  });
-  if (receiver.end) receiver.end(receiver.data);
+  reportPairs(scene, lists, report.receiver);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.noteSmall(found.counts);
   if (timed)

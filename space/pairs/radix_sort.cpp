@@ -1,7 +1,6 @@
 #include "space/pairs/radix_sort.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -12,75 +11,100 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region counting("radix sort: counts"), scattering("radix sort: scatter"),
-    copying("radix sort: copy");
+Region counting("pair sort: counts"), dealing("pair sort: buckets"), sorting("pair sort: pairs");
 
-// One stable counting pass. Each thread counts and later scatters one part of the input; the
-// counters become positions by a scan over digits first, threads second.
+constexpr std::size_t few_pairs = 256;  // are sorted by comparisons
+
+// So many counters are cleared for a few hundred records, and for thousands.
+constexpr int few_digits = 8, most_digits = 11;
+
+// One stable counting pass.
 void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t count, int low_bit,
-                  int bits, int threads, std::vector<std::uint32_t>& positions) {
-  const std::size_t digits = std::size_t{1} << bits;
-  const std::uint64_t mask = digits - 1;
-  positions.assign(digits * threads, 0);
-  runTeam(counting, threads, [&](int thread, int team) {
-    const Range range = ownPart(count, thread, team);
-    std::uint32_t* const counts = positions.data() + digits * thread;
-    for (std::size_t i = range.begin; i < range.end; ++i) ++counts[from[i] >> low_bit & mask];
-  });
-  std::uint32_t position = 0;
-  for (std::size_t digit = 0; digit < digits; ++digit)
-    for (int part = 0; part < threads; ++part)
-      position += std::exchange(positions[digits * part + digit], position);
-  runTeam(scattering, threads, [&](int thread, int team) {
-    const Range range = ownPart(count, thread, team);
-    std::uint32_t* const next = positions.data() + digits * thread;
-    for (std::size_t i = range.begin; i < range.end; ++i)
-      to[next[from[i] >> low_bit & mask]++] = from[i];
-  });
+                  int bits) {
+  std::size_t places[std::size_t{1} << most_digits], place = 0;
+  const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
+  std::fill_n(places, mask + 1, 0);
+  for (std::size_t i = 0; i < count; ++i) ++places[from[i] >> low_bit & mask];
+  for (std::uint64_t digit = 0; digit <= mask; ++digit)
+    place += std::exchange(places[digit], place);
+  for (std::size_t i = 0; i < count; ++i) to[places[from[i] >> low_bit & mask]++] = from[i];
 }
 
 }  // namespace
 
 void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
-               int bits, int threads) {
-  if (count < 2 || bits <= 0) return;
-  threads = teamFor(count, grains::sorted_records, threads);
-  const int most = threads == 1 ? most_digits_alone : most_digits;
+               int bits) {
+  const int most = count < std::size_t{1} << most_digits ? few_digits : most_digits;
   const int passes = (bits + most - 1) / most;
-  std::vector<std::uint32_t> positions;
   std::uint64_t *from = records, *to = scratch;
   for (int pass = 0, done = 0; pass < passes; ++pass) {
     const int digit_bits = (bits - done + passes - pass - 1) / (passes - pass);
-    countingPass(from, to, count, low_bit + done, digit_bits, threads, positions);
+    countingPass(from, to, count, low_bit + done, digit_bits);
     std::swap(from, to);
     done += digit_bits;
   }
-  if (from != records)
-    runTeam(copying, threads, [&](int thread, int team) {
-      const Range range = ownPart(count, thread, team);
-      std::memcpy(records + range.begin, from + range.begin,
-                  (range.end - range.begin) * sizeof *records);
-    });
+  if (from != records) std::copy(from, from + count, records);
 }
+
+namespace {
+
+// Sorts pairs whose earlier slots are the same but for some bits.
+void sortBucket(Pair* pairs, Pair* scratch, std::size_t count, int slot_bits, int earlier_bits) {
+  if (count <= few_pairs)
+    return std::sort(pairs, pairs + count, [](Pair a, Pair b) { return a << 1 < b << 1; });
+  radixSort(pairs, scratch, count, 0, slot_bits);
+  radixSort(pairs, scratch, count, 32, earlier_bits);
+}
+
+// Deals the pairs into buckets by the highest digits of the earlier slot, some for each thread,
+// which then sort them.
+void sortInBuckets(const std::vector<Buffer<Pair>>& found, int slot_bits, int team, Pair* scratch,
+                   Pair* pairs) {
+  int bits = 0;
+  while (bits < slot_bits && 1 << bits < buckets_a_thread * team) ++bits;
+  const std::size_t buckets = std::size_t{1} << bits;
+  const int low_bit = 32 + slot_bits - bits;
+  const auto bucketOf = [=](Pair pair) { return pair >> low_bit & (buckets - 1); };
+  std::vector<std::size_t> places(buckets * found.size());  // by bucket, of each part
+  runChunks(counting, team, found.size(), 1, [&](const Range& part, int) {
+    std::size_t* const counts = places.data() + buckets * part.begin;
+    for (const Pair pair : found[part.begin]) ++counts[bucketOf(pair)];
+  });
+  std::size_t place = 0;
+  for (std::size_t bucket = 0; bucket < buckets; ++bucket)
+    for (std::size_t part = 0; part < found.size(); ++part)
+      place += std::exchange(places[buckets * part + bucket], place);
+  runChunks(dealing, team, found.size(), 1, [&](const Range& part, int) {
+    std::size_t* const next = places.data() + buckets * part.begin;
+    for (const Pair pair : found[part.begin]) pairs[next[bucketOf(pair)]++] = pair;
+  });
+  // Each bucket ends where its pairs of the last part do.
+  const std::size_t* const ends = places.data() + places.size() - buckets;
+  runChunks(sorting, team, buckets, 1, [&](const Range& bucket, int) {
+    const std::size_t begin = bucket.begin ? ends[bucket.begin - 1] : 0;
+    sortBucket(pairs + begin, scratch + begin, ends[bucket.begin] - begin, slot_bits,
+               slot_bits - bits);
+  });
+}
+
+}  // namespace
 
 void sortPairs(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
                Buffer<Pair>& scratch, PairList& pairs) {
-  constexpr std::size_t few_pairs = 256;
   std::size_t count = 0;
   for (const Buffer<Pair>& part : found) count += part.size();
   pairs.clear(1);
   pairs.parts[0].resizeDiscarding(count);
+  scratch.resizeDiscarding(count);
   Pair* const all = pairs.parts[0].data();
-  Pair* end = all;
-  for (const Buffer<Pair>& part : found) end = std::copy(part.begin(), part.end(), end);
-  if (count <= few_pairs) {
-    std::sort(all, end, [](Pair a, Pair b) { return a << 1 < b << 1; });
+  int slot_bits = 1;
+  while ((slots - 1) >> slot_bits) ++slot_bits;
+  if (const int team = teamFor(count, grains::sorted_records, threads); team > 1) {
+    sortInBuckets(found, slot_bits, team, scratch.data(), all);
   } else {
-    int bits = 1;
-    while ((slots - 1) >> bits) ++bits;
-    scratch.resizeDiscarding(count);
-    radixSort(all, scratch.data(), count, 0, bits, threads);
-    radixSort(all, scratch.data(), count, 32, bits, threads);
+    Pair* end = all;
+    for (const Buffer<Pair>& part : found) end = std::copy(part.begin(), part.end(), end);
+    sortBucket(all, scratch.data(), count, slot_bits, slot_bits);
   }
   noteBorderline(all, {0, 0, count}, pairs.borderline);
 }

@@ -46,7 +46,7 @@ void sortEndpoints(Buffer<Endpoint<float>>& endpoints, Buffer<Endpoint<float>>& 
   static_assert(sizeof(Endpoint<float>) == sizeof(std::uint64_t), "sorted as plain words");
   scratch.resizeDiscarding(endpoints.size());
   if (endpoints.size())
-    radixSort(&endpoints.data()->word, &scratch.data()->word, endpoints.size(), 31, 33, 1);
+    radixSort(&endpoints.data()->word, &scratch.data()->word, endpoints.size(), 31, 33);
 }
 void sortEndpoints(Buffer<Endpoint<double>>& endpoints, Buffer<Endpoint<double>>&) {
   std::sort(endpoints.begin(), endpoints.end());
