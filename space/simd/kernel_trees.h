@@ -59,11 +59,7 @@ struct Finder {
   inline void meet(const Group<Real>& boxes) {
     const Sixteen<Real> sixteen = sixteenOf(boxes);
     const unsigned hits = sixteen.overlapping(box, 0);
-    if (!hits) return;
-    Lanes::compress(boxes.slot, hits, next);
-    const unsigned borderline = borderlineOf(sixteen, box, 0, hits);
-    if (borderline) markBorderline(next, hits, borderline);
-    next += __builtin_popcount(hits);
+    if (hits) next += writeHits(box, 0, sixteen, boxes.slot, hits, next);
   }
 };
 

@@ -56,26 +56,6 @@ struct Lanes : RegisterLanes<Lanes> {
     eight(first, mask & 0xff, out);
     eight(first + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
   }
-  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
-                        std::uint64_t* out) {
-    const int low = writeEight(slots, slot, mask & 0xff, out);
-    return low + writeEight(slots + 8, slot, mask >> 8, out + low);
-  }
-
- private:
-  // Writes eight words, of which as many count as `mask` has bits.
-  static int writeEight(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
-                        std::uint64_t* out) {
-    const __m256i own = _mm256_set1_epi32(static_cast<int>(slot));
-    // Interleaving takes from both halves of a register, so the middle quarters change places.
-    const __m256i other = _mm256_permute4x64_epi64(
-        _mm256_permutevar8x32_epi32(reinterpret_cast<__m256i>(load(slots)), lanesOf(mask)), 0xd8);
-    const __m256i earlier = _mm256_min_epu32(own, other), later = _mm256_max_epu32(own, other);
-    __m256i* const words = reinterpret_cast<__m256i*>(out);
-    _mm256_storeu_si256(words, _mm256_unpacklo_epi32(later, earlier));
-    _mm256_storeu_si256(words + 1, _mm256_unpackhi_epi32(later, earlier));
-    return __builtin_popcount(mask);
-  }
 };
 
 }  // namespace

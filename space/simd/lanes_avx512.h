@@ -84,20 +84,6 @@ struct Lanes : ScalarLanes {
     const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     store(_mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(first)), lanes), mask, out);
   }
-  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
-                        std::uint64_t* out) {
-    const __m512i own = _mm512_set1_epi32(static_cast<int>(slot));
-    const __m512i other =
-        _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), _mm512_load_si512(slots));
-    const __m512i earlier = _mm512_min_epu32(own, other);
-    const __m512i later = _mm512_max_epu32(own, other);
-    const int count = __builtin_popcount(mask);
-    _mm512_storeu_si512(out, word(_mm512_castsi512_si256(earlier), _mm512_castsi512_si256(later)));
-    if (count > 8)
-      _mm512_storeu_si512(out + 8, word(_mm512_extracti32x8_epi32(earlier, 1),
-                                        _mm512_extracti32x8_epi32(later, 1)));
-    return count;
-  }
 
  private:
   // Stores those in `mask`, side by side. Compressing to memory directly is far slower on some
@@ -109,10 +95,6 @@ struct Lanes : ScalarLanes {
     if (__builtin_expect(__builtin_popcount(mask) > 8, false))
       _mm256_storeu_si256(reinterpret_cast<__m256i*>(out) + 1,
                           _mm512_maskz_extracti64x4_epi64(0xf, packed, 1));
-  }
-  static __m512i word(__m256i high, __m256i low) {
-    return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepu32_epi64(high), 32),
-                           _mm512_cvtepu32_epi64(low));
   }
 };
 

@@ -70,18 +70,6 @@ struct ScalarLanes {
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     for (; mask; mask &= mask - 1) *out++ = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
   }
-  // Writes a word for each lane in `mask`, low lanes first: the smaller of its slot and `slot` on
-  // top of the larger one. Writes at most 16 words; returns the number that count.
-  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
-                        std::uint64_t* out) {
-    int count = 0;
-    for (; mask; mask &= mask - 1) {
-      const std::uint32_t other = slots[__builtin_ctz(mask)];
-      out[count++] =
-          slot < other ? std::uint64_t{slot} << 32 | other : std::uint64_t{other} << 32 | slot;
-    }
-    return count;
-  }
   // The least and the greatest of sixteen, NaN apart; NaN where all are.
   template <class Real>
   static Real least(const Real* p) {

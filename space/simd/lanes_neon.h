@@ -64,20 +64,6 @@ struct Lanes : RegisterLanes<Lanes> {
       out += compress_bytes.count[mask & 0xf];
     }
   }
-  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
-                        std::uint64_t* out) {
-    const std::uint64_t* const begin = out;
-    const uint32x4_t own = vdupq_n_u32(slot);
-    for (; mask; mask >>= 4, slots += 4) {
-      if (!(mask & 0xf)) continue;
-      const uint32x4_t other = toFront(vld1q_u32(slots), mask & 0xf);
-      const uint32x4_t earlier = vminq_u32(own, other), later = vmaxq_u32(own, other);
-      vst1q_u64(out, vreinterpretq_u64_u32(vzip1q_u32(later, earlier)));
-      vst1q_u64(out + 2, vreinterpretq_u64_u32(vzip2q_u32(later, earlier)));
-      out += compress_bytes.count[mask & 0xf];
-    }
-    return static_cast<int>(out - begin);
-  }
 
  private:
   template <class T, class Test>
