@@ -11,31 +11,16 @@
 
 namespace {
 
-struct Lanes : ScalarLanes {
+struct Lanes : RegisterLanes<Lanes> {
   static constexpr const char* name = "avx512";
 
-  static unsigned atLeast(const float* p, float value) {
-    return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_GE_OQ);
+  static unsigned signs(Mask<float> v) {
+    return _mm512_movepi32_mask(reinterpret_cast<__m512i>(v));
   }
-  static unsigned atMost(const float* p, float value) {
-    return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_LE_OQ);
+  static unsigned signs(Mask<double> v) {
+    return _mm512_movepi64_mask(reinterpret_cast<__m512i>(v));
   }
-  static unsigned atLeast(const double* p, double value) {
-    const __m512d v = _mm512_set1_pd(value);
-    return _mm512_cmp_pd_mask(_mm512_load_pd(p), v, _CMP_GE_OQ) |
-           _mm512_cmp_pd_mask(_mm512_load_pd(p + 8), v, _CMP_GE_OQ) << 8;
-  }
-  static unsigned atMost(const double* p, double value) {
-    const __m512d v = _mm512_set1_pd(value);
-    return _mm512_cmp_pd_mask(_mm512_load_pd(p), v, _CMP_LE_OQ) |
-           _mm512_cmp_pd_mask(_mm512_load_pd(p + 8), v, _CMP_LE_OQ) << 8;
-  }
-  template <class Real>
-  struct Sixteen;
-
-  static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
-    return _mm512_test_epi32_mask(_mm512_load_si512(p), _mm512_set1_epi32(static_cast<int>(value)));
-  }
+  // Comparisons that are made often need not fill a register first.
   static unsigned below(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_cmplt_epi32_mask(_mm512_load_si512(p),
                                    _mm512_set1_epi32(static_cast<int>(value)));
@@ -63,10 +48,6 @@ struct Lanes : ScalarLanes {
     const unsigned hits = allowed(_mm512_mask_cmp_ps_mask(later, gap, zero, _CMP_LE_OQ));
     store(words, hits, row);
     return __builtin_popcount(hits);
-  }
-  static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
-    return _mm512_cmpeq_epi32_mask(_mm512_load_si512(p),
-                                   _mm512_set1_epi32(static_cast<int>(value)));
   }
   template <class T>
   static void compress(const T* p, unsigned mask, T* out) {
@@ -100,7 +81,8 @@ struct Lanes : ScalarLanes {
 
 // Sixteen boxes in registers.
 template <>
-struct Lanes::Sixteen<float> {
+template <>
+struct RegisterLanes<Lanes>::Sixteen<float> {
   __m512 lower[3], upper[3];
 
   Sixteen(const float* lowers, const float* uppers, std::size_t stride) {
@@ -130,11 +112,6 @@ struct Lanes::Sixteen<float> {
               _mm512_cmpeq_ps_mask(lower[axis], _mm512_set1_ps(box.upper[axis][lane]));
     return mask;
   }
-};
-
-template <>
-struct Lanes::Sixteen<double> : SixteenByPointer<Lanes, double> {
-  using SixteenByPointer<Lanes, double>::SixteenByPointer;
 };
 
 }  // namespace

@@ -11,26 +11,6 @@
 
 namespace {
 
-// Sixteen boxes to be tested against many, read from memory each time: for sets that have no
-// registers to keep them in.
-template <class Set, class Real>
-struct SixteenByPointer {
-  const Real *lower, *upper;
-  std::size_t stride;
-
-  SixteenByPointer(const Real* lower, const Real* upper, std::size_t stride)
-      : lower(lower), upper(upper), stride(stride) {}
-  // Which of them overlap a box, as closed intervals.
-  template <class BoxGroup>
-  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-    unsigned mask = 0xffff;
-    for (int axis = 0; axis < 3; ++axis)
-      mask &= Set::atLeast(upper + axis * stride, box.lower[axis][lane]) &
-              Set::atMost(lower + axis * stride, box.upper[axis][lane]);
-    return mask;
-  }
-};
-
 // Four numbers of a type.
 template <class Real>
 struct FourOf;
@@ -182,18 +162,22 @@ struct RegisterLanes : ScalarLanes {
     Set::compress(words, hits, row);
     return __builtin_popcount(hits);
   }
-  // Lanes are made bits once for all six bounds.
+  // Sixteen boxes to be tested against many.
   template <class Real>
-  struct Sixteen : SixteenByPointer<Set, Real> {
-    using SixteenByPointer<Set, Real>::SixteenByPointer;
+  struct Sixteen {
+    const Real *lower, *upper;
+    std::size_t stride;
 
+    Sixteen(const Real* lower, const Real* upper, std::size_t stride)
+        : lower(lower), upper(upper), stride(stride) {}
+    // Which of them overlap a box, as closed intervals. Lanes are made bits once for all bounds.
     template <class BoxGroup>
     unsigned overlapping(const BoxGroup& box, unsigned lane) const {
       return Set::template bits<Real>([&](int i) {
         const auto reach = [&](int axis) {
-          const std::size_t at = axis * this->stride + i;
-          return notBelow(this->upper + at, box.lower[axis][lane]) &
-                 notAbove(this->lower + at, box.upper[axis][lane]);
+          const std::size_t at = axis * stride + i;
+          return notBelow(upper + at, box.lower[axis][lane]) &
+                 notAbove(lower + at, box.upper[axis][lane]);
         };
         return reach(0) & reach(1) & reach(2);
       });
@@ -203,9 +187,9 @@ struct RegisterLanes : ScalarLanes {
     unsigned touching(const BoxGroup& box, unsigned lane) const {
       return Set::template bits<Real>([&](int i) {
         const auto touch = [&](int axis) {
-          const std::size_t at = axis * this->stride + i;
-          return reinterpret_cast<Mask<Real>>(load(this->upper + at) == box.lower[axis][lane]) |
-                 reinterpret_cast<Mask<Real>>(load(this->lower + at) == box.upper[axis][lane]);
+          const std::size_t at = axis * stride + i;
+          return reinterpret_cast<Mask<Real>>(load(upper + at) == box.lower[axis][lane]) |
+                 reinterpret_cast<Mask<Real>>(load(lower + at) == box.upper[axis][lane]);
         };
         return touch(0) | touch(1) | touch(2);
       });
