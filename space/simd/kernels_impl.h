@@ -57,18 +57,18 @@ inline void packFour(const BasicBox<Real>* const* boxes, Group<Real>& cell, std:
     memcpy(&back[i], boxes[i]->lower + 2, sizeof(Type));
   }
   Type half[2];
-  pick<Real, 0, 4, 1, 5>(front[0], front[1], &half[0]);
-  pick<Real, 0, 4, 1, 5>(front[2], front[3], &half[1]);
-  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.lower[0] + lane);
-  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.lower[1] + lane);
-  pick<Real, 0, 4, 1, 5>(back[0], back[1], &half[0]);
-  pick<Real, 0, 4, 1, 5>(back[2], back[3], &half[1]);
-  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.lower[2] + lane);
-  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.upper[0] + lane);
-  pick<Real, 2, 6, 3, 7>(back[0], back[1], &half[0]);
-  pick<Real, 2, 6, 3, 7>(back[2], back[3], &half[1]);
-  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.upper[1] + lane);
-  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.upper[2] + lane);
+  pick<0, 4, 1, 5>(front[0], front[1], &half[0]);
+  pick<0, 4, 1, 5>(front[2], front[3], &half[1]);
+  pick<0, 1, 4, 5>(half[0], half[1], cell.lower[0] + lane);
+  pick<2, 3, 6, 7>(half[0], half[1], cell.lower[1] + lane);
+  pick<0, 4, 1, 5>(back[0], back[1], &half[0]);
+  pick<0, 4, 1, 5>(back[2], back[3], &half[1]);
+  pick<0, 1, 4, 5>(half[0], half[1], cell.lower[2] + lane);
+  pick<2, 3, 6, 7>(half[0], half[1], cell.upper[0] + lane);
+  pick<2, 6, 3, 7>(back[0], back[1], &half[0]);
+  pick<2, 6, 3, 7>(back[2], back[3], &half[1]);
+  pick<0, 1, 4, 5>(half[0], half[1], cell.upper[1] + lane);
+  pick<2, 3, 6, 7>(half[0], half[1], cell.upper[2] + lane);
 }
 
 template <class Real>

@@ -6,36 +6,52 @@
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
-
-#include "space/simd/registers.h"
+#include <utility>
 
 namespace {
 
-// Four numbers of a type.
+#if defined(__AVX512F__)
+constexpr int register_bytes = 64;  // fixed: of the vectors
+#elif defined(__AVX__)
+constexpr int register_bytes = 32;  // fixed: of the vectors
+#else
+constexpr int register_bytes = 16;  // fixed: of the vectors
+#endif
+
 template <class Real>
-struct FourOf;
-template <>
-struct FourOf<float> {
-  typedef float Type __attribute__((vector_size(4 * sizeof(float))));
-  typedef int Places __attribute__((vector_size(4 * sizeof(int))));
-};
-template <>
-struct FourOf<double> {
-  typedef double Type __attribute__((vector_size(4 * sizeof(double))));
-  typedef long long Places __attribute__((vector_size(4 * sizeof(long long))));
+struct Register {
+  static constexpr int lanes = register_bytes / sizeof(Real);
+  typedef Real Type __attribute__((vector_size(register_bytes), may_alias));
+
+  // The lesser or greater of both; the second one where one is NaN.
+  static Type least(Type a, Type b) { return a < b ? a : b; }
+  static Type greatest(Type a, Type b) { return a > b ? a : b; }
 };
 
-// Writes four of the numbers of x and y.
-template <class Real, int p0, int p1, int p2, int p3>
-inline void pick(const typename FourOf<Real>::Type& x, const typename FourOf<Real>::Type& y,
-                 void* to) {
+// Four numbers of a type.
+template <class Real>
+struct FourOf {
+  typedef Real Type __attribute__((vector_size(4 * sizeof(Real))));
+};
+
+// Writes numbers of the vectors x and y, for each four of them by a pattern; 4 to 7 are y's.
+constexpr int laneOf(int at, int lanes, int p0, int p1, int p2, int p3) {
+  const int from = at % 4 == 0 ? p0 : at % 4 == 1 ? p1 : at % 4 == 2 ? p2 : p3;
+  return at / 4 * 4 + from % 4 + (from >= 4 ? lanes : 0);
+}
+template <int p0, int p1, int p2, int p3, class Vector, int... at>
+inline void pick(const Vector& x, const Vector& y, void* to, std::integer_sequence<int, at...>) {
 #if defined(__clang__)
-  const typename FourOf<Real>::Type picked = __builtin_shufflevector(x, y, p0, p1, p2, p3);
+  const Vector picked = __builtin_shufflevector(x, y, laneOf(at, sizeof...(at), p0, p1, p2, p3)...);
 #else
-  const typename FourOf<Real>::Type picked =
-      __builtin_shuffle(x, y, typename FourOf<Real>::Places{p0, p1, p2, p3});
+  const Vector picked =
+      __builtin_shuffle(x, y, decltype(x < y){laneOf(at, sizeof...(at), p0, p1, p2, p3)...});
 #endif
   memcpy(to, &picked, sizeof picked);
+}
+template <int p0, int p1, int p2, int p3, class Vector>
+inline void pick(const Vector& x, const Vector& y, void* to) {
+  pick<p0, p1, p2, p3>(x, y, to, std::make_integer_sequence<int, sizeof(x) / sizeof(x[0])>());
 }
 
 // What a set of lanes has no instructions for.
@@ -73,9 +89,9 @@ struct ScalarLanes {
       memcpy(&other, p + i, sizeof other);
       join(all, other);
     }
-    pick<Real, 2, 3, 0, 1>(all, all, &other);
+    pick<2, 3, 0, 1>(all, all, &other);
     join(all, other);
-    pick<Real, 1, 0, 3, 2>(all, all, &other);
+    pick<1, 0, 3, 2>(all, all, &other);
     join(all, other);
     return all[0];
   }
