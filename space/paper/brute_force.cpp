@@ -52,9 +52,8 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
   const Kernels<Real>& kernel = kernels<Real>();
   return runTeam(testing, teamFor(tests, grains::box_tests, threads), [&](int thread, int team) {
     const Range own = ownPart(tests, thread, team);
-    const std::size_t part = static_cast<std::size_t>(thread);
-    Buffer<Pair>& written = pairs.parts[part];
-    Buffer<std::uint32_t>& row = rows_[part];
+    Buffer<Pair>& written = pairs.parts[thread];
+    Buffer<std::uint32_t>& row = rows_[thread];
     row.resizeDiscarding(boxes.size + group_size);
     const Pair mark = boxes.exact ? 0 : borderline_bit;
     const Slot end = triangle.rowOf(own.end);
@@ -65,7 +64,6 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
         written[before + i] =
             makePair(slot, row[i] & ~borderline_slot) | (Pair{row[i]} << 32 & mark);
     }
-    if (!boxes.exact) noteBorderline(written.data(), {part, 0, written.size()}, borderline_[part]);
   });
 }
 
@@ -75,12 +73,10 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
   if (rows_.size() < static_cast<std::size_t>(threads)) rows_.resize(threads);
-  if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
-  for (auto& segments : borderline_) segments.clear();
   packCells(boxes, teamFor(tests, grains::box_tests, threads));
   const int used = testAll(boxes, tests, threads, pairs);
-  for (const auto& segments : borderline_)
-    pairs.borderline.insert(pairs.borderline.end(), segments.begin(), segments.end());
+  for (std::size_t part = 0; part < pairs.parts.size() && !boxes.exact; ++part)
+    noteBorderline(pairs.parts[part].data(), {part, 0, pairs.parts[part].size()}, pairs.borderline);
   return used;
 }
 

@@ -19,7 +19,7 @@ template <class Real>
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  std::size_t bytes() const override { return bytesOf(starts_, cells_, rows_, borderline_); }
+  std::size_t bytes() const override { return bytesOf(starts_, cells_, rows_); }
 
  private:
   void packCells(const BoxSet& boxes, int threads);
@@ -27,8 +27,7 @@ class BruteForce : public PairFinder {
 
   Buffer<std::uint32_t> starts_;             // of the cells: 0, 16, 32, ...
   CellTrees<Real> cells_;                    // in slot order; only its cells are used
-  std::vector<Buffer<std::uint32_t>> rows_;  // one a thread, as are the next
-  std::vector<std::vector<PairList::Segment>> borderline_;
+  std::vector<Buffer<std::uint32_t>> rows_;  // one a thread
 };
 
 }  // namespace ode_parallel_sap
