@@ -1,4 +1,4 @@
-// The kernels for the `Lanes` that the including file chose. Everything here has internal linkage:
+// The kernels for the `Lanes` that the including file has. Everything here has internal linkage:
 // each including file is compiled for an instruction set of its own, and no function of it may be
 // shared with, or replaced by, another file's.
 #pragma once
