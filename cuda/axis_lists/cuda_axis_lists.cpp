@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cuda/axis_lists/axis_kernels.h"
+#include "cuda/axis_lists/axis_parts.h"
 #include "cuda/axis_lists/tuning.h"
 #include "cuda/device/device.h"
 #include "cuda/device/devices.h"
@@ -14,7 +15,6 @@
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/pairs/radix_sort.h"
-#include "space/paper/axis_parts.h"
 
 namespace ode_parallel_sap {
 

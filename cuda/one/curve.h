@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuda/one/elements.h"
-#include "space/base/curve_digits.h"
+#include "space/base/mean_extents.h"
 
 namespace ode_parallel_sap {
 namespace device {
@@ -32,11 +32,29 @@ struct DigitSpread {
   }
 };
 
-// How the centres of one class become keys.
-struct Curve : CurveDigits {
+// How the centres of one class become keys: which axis each digit belongs to. A flat or long scene
+// spends its digits where it has room, and cells come out in the shape of the boxes.
+struct Curve {
+  unsigned long long axes;  // two bits a digit, the lowest digit's lowest
+  int bits[3];              // digits of each axis
   float origin[3], prescale[3], scale[3], last_step[3];
   DigitSpread spread[3];
 
+  ODE_PARALLEL_SAP_BOTH_SIDES int axisOf(int digit) const {
+    return static_cast<int>(axes >> 2 * digit & 3);
+  }
+  // Always to the axis on which the steps are still the longest; `step` are their lengths, in terms
+  // of the boxes' mean extents there, before there is any digit. Up to 32 digits.
+  ODE_PARALLEL_SAP_BOTH_SIDES void deal(double (&step)[3], int digits) {
+    axes = 0;
+    bits[0] = bits[1] = bits[2] = 0;
+    for (int digit = digits - 1; digit >= 0; --digit) {
+      const int axis = step[0] >= step[1] ? step[0] >= step[2] ? 0 : 2 : step[1] >= step[2] ? 1 : 2;
+      axes |= static_cast<unsigned long long>(axis) << 2 * digit;
+      step[axis] *= 0.5;
+      ++bits[axis];
+    }
+  }
   // From the centres' range, as ordered integers, and the sums of the boxes' extents. All but how
   // digits are spread.
   ODE_PARALLEL_SAP_BOTH_SIDES void choose(const int* low, const int* high,

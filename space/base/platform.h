@@ -41,12 +41,6 @@ inline void freeAligned(void* data) {
   __builtin_prefetch(place, 0, 2);
   asm volatile("");
 }
-// The same as the first for a place that will be written.
-[[gnu::always_inline]] inline void prefetchForWriting(void* place) {
-  __builtin_prefetch(place, 1);
-  asm volatile("");
-}
-
 // Relaxed atomic accesses to words that other code reads and writes as they are.
 template <class Word>
 [[gnu::always_inline]] inline void orShared(Word& word, Word bits) {

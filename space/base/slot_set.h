@@ -5,7 +5,6 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/parallel.h"
 #include "space/base/platform.h"
 
 namespace ode_parallel_sap {
@@ -37,16 +36,12 @@ class SlotSet {
   std::uint64_t word(std::size_t i) const { return words_[i]; }
   void setWord(std::size_t i, std::uint64_t slots) { words_[i] = slots; }
 
-  // Calls visit(slot) for the slots of words [range.begin, range.end), ascending.
-  template <class Visit>
-  void forEach(const Range& range, Visit visit) const {
-    for (std::size_t i = range.begin; i < range.end; ++i)
-      for (std::uint64_t word = words_[i]; word; word &= word - 1)
-        visit(static_cast<Slot>(i * word_slots + __builtin_ctzll(word)));
-  }
+  // Calls visit(slot) for all slots, ascending.
   template <class Visit>
   void forEach(Visit visit) const {
-    forEach({0, words()}, visit);
+    for (std::size_t i = 0; i < words(); ++i)
+      for (std::uint64_t word = words_[i]; word; word &= word - 1)
+        visit(static_cast<Slot>(i * word_slots + __builtin_ctzll(word)));
   }
 
   // The first slot of the set that is not before `slot`; if there is none, past all.

@@ -5,7 +5,7 @@
 #endif
 
 #include <algorithm>
-#include <iterator>
+#include <limits>
 #include <new>
 #include <utility>
 
@@ -32,25 +32,6 @@ __attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
   return moved;
 }
 
-// A few pairs, which go into the list when there is no room for more.
-class PlaceSink : public PairSink {
- public:
-  explicit PlaceSink(PlacePair* list) : PairSink{few_, std::end(few_), flush}, list_(list) {}
-  // The end of the list.
-  PlacePair* finish() {
-    for (const Pair* pair = few_; pair < next; ++pair)
-      *list_++ = {static_cast<std::uint16_t>(earlierOf(*pair) << 8 | laterOf(*pair))};
-    next = few_;
-    return list_;
-  }
-
- private:
-  static void flush(PairSink& sink, std::size_t) { static_cast<PlaceSink&>(sink).finish(); }
-
-  PlacePair* list_;
-  Pair few_[2 * (small_scene_slots + group_size)];  // two rows
-};
-
 // Lists the pairs of geoms whose AABBs overlap, ascending, with vectors of the exact bounds.
 // Returns their number. Not inline, as it would cost the scenes that do without some time.
 __attribute__((noinline)) unsigned findByVectors(SmallLists& lists, unsigned count) {
@@ -63,12 +44,21 @@ __attribute__((noinline)) unsigned findByVectors(SmallLists& lists, unsigned cou
     }
     boxes.slot[lane] = i;
   }
+  for (unsigned lane = count; lane % group_size; ++lane)
+    lists.boxes[lane / group_size].lower[0][lane % group_size] =
+        std::numeric_limits<dReal>::quiet_NaN();
   TreeView<dReal> view = {};
   view.levels[0] = lists.boxes.data();
-  view.depth = 1;
-  PlaceSink sink(lists.pairs.data());
-  kernels<dReal>().trianglePairs(view, {count, 0, 1, count - std::size_t{2}, count}, true, sink);
-  return static_cast<unsigned>(sink.finish() - lists.pairs.data());
+  view.groups[0] = (count + group_size - 1) / group_size;
+  const Kernels<dReal>& kernel = kernels<dReal>();
+  PlacePair* next = lists.pairs.data();
+  std::uint32_t row[small_scene_slots + group_size];
+  for (unsigned place = 0; place + 1 < count; ++place) {
+    const std::size_t found = kernel.testLater(view, place, row);
+    for (std::size_t i = 0; i < found; ++i)
+      *next++ = {static_cast<std::uint16_t>(place << 8 | row[i])};
+  }
+  return static_cast<unsigned>(next - lists.pairs.data());
 }
 
 #if defined(__SSE2__) && defined(dDOUBLE)

@@ -8,6 +8,7 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
+#include "space/base/parallel.h"
 #include "space/base/slot_set.h"
 #include "space/geoms/coarse_boxes.h"
 #include "space/geoms/geom_packer.h"

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "space/base/curve_digits.h"
+#include "space/base/mean_extents.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 

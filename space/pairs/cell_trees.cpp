@@ -79,16 +79,10 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const Cell
       if (filtered) packFilters(boxes, first, last);
     }
   });
-  packUpperLevels();
-}
-
-// All above the lowest nodes.
-template <class Real>
-void CellTrees<Real>::packUpperLevels() {
   for (const TreeView<Real>& view : views_)
     for (int depth = 2; depth < view.depth; ++depth)
-      kernels<Real>().packBounds(view.levels[depth - 1], view.groups[depth - 1], 0,
-                                 view.groups[depth], level(view, depth));
+      kernel.packBounds(view.levels[depth - 1], view.groups[depth - 1], 0, view.groups[depth],
+                        level(view, depth));
 }
 
 template <class Real>
@@ -99,17 +93,9 @@ const TreeView<Real>& CellTrees<Real>::treeOf(std::size_t cell) const {
 }
 
 template <class Real>
-void CellTrees<Real>::put(std::size_t cell, int lane, const BasicBox<Real>& box) {
-  for (int axis = 0; axis < 3; ++axis) {
-    groups_[cell].lower[axis][lane] = box.lower[axis];
-    groups_[cell].upper[axis][lane] = box.upper[axis];
-  }
-}
-
-template <class Real>
 bool CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
   const bool fits = isActive(box) && makeRoom(cell, lane, box);
-  put(cell, lane, fits ? box : inactiveBox<Real>());
+  put(fits ? box : inactiveBox<Real>(), groups_[cell], lane);
   return fits;
 }
 
@@ -122,7 +108,7 @@ bool CellTrees<Real>::moveWithin(std::size_t cell, int lane, const BasicBox<Real
     if (!(bounds.lower[axis][own % group_size] <= box.lower[axis] &&
           box.upper[axis] <= bounds.upper[axis][own % group_size]))
       return false;
-  put(cell, lane, box);
+  put(box, groups_[cell], lane);
   return true;
 }
 

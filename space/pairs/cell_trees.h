@@ -23,6 +23,15 @@ struct CellClasses {
   std::size_t count;
 };
 
+// Puts a box into a place of sixteen.
+template <class Real>
+inline void put(const BasicBox<Real>& box, Group<Real>& group, int lane) {
+  for (int axis = 0; axis < 3; ++axis) {
+    group.lower[axis][lane] = box.lower[axis];
+    group.upper[axis][lane] = box.upper[axis];
+  }
+}
+
 template <class Real>
 class CellTrees {
  public:
@@ -60,9 +69,7 @@ class CellTrees {
   }
   void layOut(const CellClasses& classes, bool filtered);
   void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
-  void packUpperLevels();
   const TreeView<Real>& treeOf(std::size_t cell) const;
-  void put(std::size_t cell, int lane, const BasicBox<Real>& box);
   bool makeRoom(std::size_t cell, int place, const BasicBox<Real>& box);
 
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each

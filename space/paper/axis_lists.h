@@ -12,7 +12,7 @@
 namespace ode_parallel_sap {
 
 // The system of Avril, Gouranton and Arnaldi ("Collision Detection: Broad Phase Adaptation from
-// Multi-Core to Multi-GPU Architecture", section 5.1), on the CPU: end points are kept sorted along
+// Multi-Core to Multi-GPU Architecture", section 5.1), on the CPU: end points are sorted along
 // each axis, all pairs that overlap on an axis become a list, and each pair of the longest list is
 // looked up in the second one; what both hold is looked up in the third.
 //

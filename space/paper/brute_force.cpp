@@ -5,7 +5,7 @@
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/simd/sink.h"
+#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
@@ -17,14 +17,14 @@ struct Triangle {
 
   std::uint64_t pairs() const { return boxes * (boxes - 1) / 2; }
   std::uint64_t rowBegin(std::uint64_t row) const { return row * boxes - row * (row + 1) / 2; }
-  // The row of a pair's number.
-  std::uint64_t rowOf(std::uint64_t pair) const {
-    std::uint64_t low = 0, high = boxes - 1;  // rowBegin(low) <= pair < rowBegin(high)
+  // The row of a pair's number; beyond the last one the last row, which has no pair.
+  Slot rowOf(std::uint64_t pair) const {
+    std::uint64_t low = 0, high = boxes;  // rowBegin(low) <= pair
     while (high - low > 1) {
       const std::uint64_t middle = low + (high - low) / 2;
       (rowBegin(middle) <= pair ? low : high) = middle;
     }
-    return low;
+    return static_cast<Slot>(low);
   }
 };
 
@@ -43,7 +43,7 @@ void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
   cells_.build(boxes, {nullptr, starts_.data()}, {&all, 1}, threads);
 }
 
-// Each thread tests an equal part of the table. Returns the number of threads used.
+// Each thread tests an equal part of the table, up to a row. Returns the number of threads used.
 template <class Real>
 int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int threads,
                               PairList& pairs) {
@@ -52,19 +52,18 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
   const Kernels<Real>& kernel = kernels<Real>();
   return runTeam(testing, teamFor(tests, grains::box_tests, threads), [&](int thread, int team) {
     const Range own = ownPart(tests, thread, team);
-    if (own.begin == own.end) return;
-    const std::uint64_t first = triangle.rowOf(own.begin), last = triangle.rowOf(own.end - 1);
-    const TrianglePart rows = {boxes.size, first,
-                               first + 1 + (own.begin - triangle.rowBegin(first)), last,
-                               last + 1 + (own.end - triangle.rowBegin(last))};
     Buffer<Pair>& written = pairs.parts[thread];
-    {
-      BufferSink sink(written);
-      kernel.trianglePairs(cells, rows, boxes.exact, sink);
+    Buffer<std::uint32_t>& row = rows_[thread];
+    row.resizeDiscarding(boxes.size + group_size);
+    const Pair mark = boxes.exact ? 0 : borderline_bit;
+    const Slot end = triangle.rowOf(own.end);
+    for (Slot slot = triangle.rowOf(own.begin); slot < end; ++slot) {
+      const std::size_t before = written.size(), count = kernel.testLater(cells, slot, row.data());
+      written.resize(before + count);
+      for (std::size_t i = 0; i < count; ++i)
+        written[before + i] =
+            makePair(slot, row[i] & ~borderline_slot) | (Pair{row[i]} << 32 & mark);
     }
-    if (!boxes.exact)
-      noteBorderline(written.data(), {static_cast<std::size_t>(thread), 0, written.size()},
-                     borderline_[thread]);
   });
 }
 
@@ -73,12 +72,11 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const ScopedMode mode(exactMode());
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
-  if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
-  for (auto& segments : borderline_) segments.clear();
+  if (rows_.size() < static_cast<std::size_t>(threads)) rows_.resize(threads);
   packCells(boxes, teamFor(tests, grains::box_tests, threads));
   const int used = testAll(boxes, tests, threads, pairs);
-  for (const auto& segments : borderline_)
-    pairs.borderline.insert(pairs.borderline.end(), segments.begin(), segments.end());
+  for (std::size_t part = 0; part < pairs.parts.size() && !boxes.exact; ++part)
+    noteBorderline(pairs.parts[part].data(), {part, 0, pairs.parts[part].size()}, pairs.borderline);
   return used;
 }
 

@@ -12,22 +12,22 @@ namespace ode_parallel_sap {
 
 // The multi-core algorithm of Avril, Gouranton and Arnaldi ("Collision Detection: Broad Phase
 // Adaptation from Multi-Core to Multi-GPU Architecture", section 4.1): each of c threads tests
-// ((n^2-n)/2)/c pairs and writes those that overlap to storage of its own, without critical
-// section; in the end the parts are joined by pointer. The pairs are numbered row by row, so that
-// the parts, read one after the other, are in the order of the report already.
+// ((n^2-n)/2)/c pairs, up to a row, and writes those that overlap to storage of its own, without
+// critical section; in the end the parts are joined by pointer. The pairs are numbered row by row,
+// so that the parts, read one after the other, are in the order of the report already.
 template <class Real>
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  std::size_t bytes() const override { return bytesOf(starts_, cells_, borderline_); }
+  std::size_t bytes() const override { return bytesOf(starts_, cells_, rows_); }
 
  private:
   void packCells(const BoxSet& boxes, int threads);
   int testAll(const BoxSet& boxes, std::uint64_t tests, int threads, PairList& pairs);
 
-  Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
-  CellTrees<Real> cells_;         // in slot order; only its cells are used
-  std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
+  Buffer<std::uint32_t> starts_;             // of the cells: 0, 16, 32, ...
+  CellTrees<Real> cells_;                    // in slot order; only its cells are used
+  std::vector<Buffer<std::uint32_t>> rows_;  // one a thread
 };
 
 }  // namespace ode_parallel_sap

@@ -1,4 +1,4 @@
-// The end points of all boxes, sorted along each axis and kept so from frame to frame.
+// The end points of all boxes, sorted along each axis.
 #pragma once
 
 #include <cstdint>
@@ -72,30 +72,22 @@ struct Endpoint<double> {
 template <class Real>
 class EndpointLists {
  public:
-  // Brings the lists up to date. The lists of the last frame are repaired where little has moved
-  // and sorted anew where much has.
+  // Makes the lists of these boxes.
   void update(const BoxSet& boxes, int threads);
   const AxisRows& axis(int axis) const { return axes_[axis].rows; }
-  std::size_t bytes() const { return bytesOf(axes_, listed_, newcomers_); }
+  std::size_t bytes() const { return bytesOf(axes_); }
 
  private:
   struct Axis {
     Buffer<Endpoint<Real>> endpoints, scratch;
     AxisRows rows;
-    int anew_for = 0;  // frames that are not worth an attempt at repairing
 
     std::size_t bytes() const { return bytesOf(endpoints, scratch, rows); }
   };
-  void compareMembers(const BasicBox<Real>* boxes, std::size_t slots);
-  bool repair(const BasicBox<Real>* boxes, int axis);
-  void sortAnew(const BasicBox<Real>* boxes, int axis);
-  void rank(int axis);
+  void sort(const BoxSet& boxes, int axis);
+  void rank(std::size_t slots, int axis);
 
   Axis axes_[3];
-  Buffer<std::uint8_t> listed_;  // by slot: whether the lists hold it
-  Buffer<Slot> newcomers_;
-  std::size_t members_ = 0;
-  bool complete_ = true;
 };
 
 }  // namespace ode_parallel_sap

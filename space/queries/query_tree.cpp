@@ -12,14 +12,6 @@ namespace {
 
 Region numbering("query tree: places");
 
-template <class Real>
-void put(Group<Real>& group, int lane, const BasicBox<Real>& box) {
-  for (int axis = 0; axis < 3; ++axis) {
-    group.lower[axis][lane] = box.lower[axis];
-    group.upper[axis][lane] = box.upper[axis];
-  }
-}
-
 }  // namespace
 
 template <class Real>
@@ -55,7 +47,7 @@ void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
     if (!isActive(box)) return;
     places_[slot] = place = addStray(slot);
   }
-  put(stray_boxes_[place / group_size - cells()], place % group_size, box);
+  put(box, stray_boxes_[place / group_size - cells()], place % group_size);
 }
 
 template <class Real>
@@ -64,7 +56,7 @@ std::uint32_t QueryTree<Real>::addStray(Slot slot) {
   const std::size_t row = strays_ / group_size;
   if (lane == 0) {
     stray_boxes_.resize(row + 1);
-    for (int i = 0; i < group_size; ++i) put(stray_boxes_[row], i, inactiveBox<Real>());
+    for (int i = 0; i < group_size; ++i) put(inactiveBox<Real>(), stray_boxes_[row], i);
     std::fill_n(stray_boxes_[row].slot, std::size_t{group_size}, slot);
   }
   stray_boxes_[row].slot[lane] = slot;
@@ -74,7 +66,7 @@ std::uint32_t QueryTree<Real>::addStray(Slot slot) {
 template <class Real>
 std::size_t QueryTree<Real>::find(const BasicBox<Real>& box, Slot* found) const {
   Group<Real> query;
-  put(query, 0, box);
+  put(box, query, 0);
   const Kernels<Real>& kernel = kernels<Real>();
   std::size_t count = 0;
   for (std::size_t i = 0; i < trees_.count(); ++i)

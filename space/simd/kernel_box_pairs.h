@@ -3,11 +3,7 @@
 
 #include <string.h>
 
-#include <type_traits>
-#include <utility>
-
 #include "space/simd/kernels.h"
-#include "space/simd/registers.h"
 
 namespace {
 
@@ -44,24 +40,6 @@ inline Floats sumOf(const Floats* x) {
   return magnitudeOf(x[0]) + magnitudeOf(x[1]) + magnitudeOf(x[2]);
 }
 
-// Lane of (x, y) that lane `at` of the result is, for a pattern of four lanes; 4 to 7 are y's.
-constexpr int laneOf(int at, int p0, int p1, int p2, int p3) {
-  const int from = at % 4 == 0 ? p0 : at % 4 == 1 ? p1 : at % 4 == 2 ? p2 : p3;
-  return at / 4 * 4 + from % 4 + (from >= 4 ? float_lanes : 0);
-}
-template <int p0, int p1, int p2, int p3, int... at>
-inline Floats shuffle(Floats x, Floats y, std::integer_sequence<int, at...>) {
-#if defined(__clang__)
-  return __builtin_shufflevector(x, y, laneOf(at, p0, p1, p2, p3)...);
-#else
-  return __builtin_shuffle(x, y, Words{laneOf(at, p0, p1, p2, p3)...});
-#endif
-}
-template <int p0, int p1, int p2, int p3>
-inline Floats shuffle(Floats x, Floats y) {
-  return shuffle<p0, p1, p2, p3>(x, y, std::make_integer_sequence<int, float_lanes>());
-}
-
 // Rows of three numbers, each of a pair and lying side by side, become the numbers of many pairs.
 constexpr int rows_of_pair = 9;  // fixed: matrices, from centre to centre, sides
 struct alignas(64) BoxRows {
@@ -84,32 +62,32 @@ struct alignas(64) BoxRows {
 
   void take(int row, Floats* numbers) const {
     const auto at = [&](int i) { return *reinterpret_cast<const Floats*>(of[row][i]); };
-    const Floats low01 = shuffle<0, 4, 1, 5>(at(0), at(1)),
-                 low23 = shuffle<0, 4, 1, 5>(at(2), at(3));
-    const Floats high01 = shuffle<2, 6, 3, 7>(at(0), at(1)),
-                 high23 = shuffle<2, 6, 3, 7>(at(2), at(3));
-    numbers[0] = shuffle<0, 1, 4, 5>(low01, low23);
-    numbers[1] = shuffle<2, 3, 6, 7>(low01, low23);
-    numbers[2] = shuffle<0, 1, 4, 5>(high01, high23);
+    Floats low[2], high[2];
+    for (int i = 0; i < 2; ++i) {
+      pick<0, 4, 1, 5>(at(2 * i), at(2 * i + 1), &low[i]);
+      pick<2, 6, 3, 7>(at(2 * i), at(2 * i + 1), &high[i]);
+    }
+    pick<0, 1, 4, 5>(low[0], low[1], numbers);
+    pick<2, 3, 6, 7>(low[0], low[1], numbers + 1);
+    pick<0, 1, 4, 5>(high[0], high[1], numbers + 2);
   }
 
  private:
-  using FourFloats = float __attribute__((vector_size(4 * sizeof(float))));
-  using FourDoubles = double __attribute__((vector_size(4 * sizeof(double))));
+  using FourFloats = FourOf<float>::Type;
 
   void place(const FourFloats& numbers, int lane, int row) {
     memcpy(of[row][lane % 4] + lane / 4 * 4, &numbers, sizeof numbers);
   }
   template <class Real>
   void put(int lane, int row, const Real* from) {
-    typename std::conditional<sizeof(Real) == sizeof(float), FourFloats, FourDoubles>::type numbers;
+    typename FourOf<Real>::Type numbers;
     memcpy(&numbers, from, sizeof numbers);
     place(__builtin_convertvector(numbers, FourFloats), lane, row);
   }
   // Far from the origin, too, the difference is as good as the numbers are.
   template <class Real>
   void putDifference(int lane, int row, const Real* from, const Real* to) {
-    typename std::conditional<sizeof(Real) == sizeof(float), FourFloats, FourDoubles>::type a, b;
+    typename FourOf<Real>::Type a, b;
     memcpy(&a, from, sizeof a);
     memcpy(&b, to, sizeof b);
     b -= a;

@@ -61,47 +61,16 @@ inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const Gro
   return filter.body[lane] ? wanted & ~Lanes::equals(others.body, filter.body[lane]) : wanted;
 }
 
-// Sets the top bit of those words, one for each of the hits, that are borderline.
-template <class Word>
-inline void markBorderline(Word* word, unsigned hits, unsigned borderline) {
-  for (; hits; hits &= hits - 1, ++word)
-    if (borderline & hits & (0u - hits)) *word |= Word{1} << (8 * sizeof(Word) - 1);
-}
-
-// The cell whose boxes are taken one by one.
+// Writes the slots of the `hits` of sixteen boxes with box `lane` of `box`, with borderline_slot
+// where only the exact boxes can tell. Returns their number; up to sixteen words are written.
 template <class Real>
-struct Query {
-  const Group<Real>* boxes;
-  const GroupFilter* filter;  // null: no pair is filtered
-  unsigned count;             // boxes in use; the others are NaN
-  bool exact;
-
-  Query(const TreeView<Real>& tree, std::size_t cell, bool exact)
-      : boxes(tree.levels[0] + cell),
-        filter(tree.filters ? tree.filters + cell : nullptr),
-        count(__builtin_popcount(
-            Lanes::atMost(boxes->lower[0], static_cast<Real>(__builtin_inff())))),
-        exact(exact) {}
-};
-
-// Pairs of box `lane` of `query` with the `hits` of a cell.
-template <class Real>
-inline void writeHits(const Query<Real>& query, unsigned lane, unsigned hits,
-                      const TreeView<Real>& tree, std::size_t cell, PairSink& sink) {
-  if (query.filter) {
-    hits &= passesFilter(*query.filter, lane, tree.filters[cell]);
-    if (!hits) return;
-  }
-  const Group<Real>& boxes = tree.levels[0][cell];
-  std::uint64_t* const first = sink.next;
-  sink.next += Lanes::writePairs(boxes.slot, query.boxes->slot[lane], hits, first);
-  if (query.exact) return;
-  const unsigned borderline = borderlineOf(sixteenOf(boxes), *query.boxes, lane, hits);
-  if (borderline) markBorderline(first, hits, borderline);
-}
-
-inline void makeRoom(PairSink& sink, std::size_t room) {
-  if (static_cast<std::size_t>(sink.end - sink.next) < room) sink.grow(sink, room);
+inline int writeHits(const Group<Real>& box, unsigned lane, const Sixteen<Real>& boxes,
+                     const std::uint32_t* slots, unsigned hits, std::uint32_t* found) {
+  Lanes::compress(slots, hits, found);
+  const unsigned borderline = borderlineOf(boxes, box, lane, hits);
+  for (unsigned left = borderline ? hits : 0; left; left &= left - 1, ++found)
+    if (borderline & left & (0u - left)) *found |= borderline_slot;
+  return __builtin_popcount(hits);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "space/simd/kernels.h"
-#include "space/simd/registers.h"
 
 namespace {
 

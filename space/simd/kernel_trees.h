@@ -50,38 +50,31 @@ inline void forOverlappingCells(const TreeView<Real>& tree, const Group<Real>& b
   meet(cells, count);
 }
 
-// A box that meets cells, and where the slots of the boxes that it overlaps go.
+// Writes the slots of the boxes of a cell that overlap box 0 of `box`; returns what comes after
+// them.
 template <class Real>
-struct Finder {
-  const Group<Real>& box;
-  std::uint32_t* next;
-
-  inline void meet(const Group<Real>& boxes) {
-    const Sixteen<Real> sixteen = sixteenOf(boxes);
-    const unsigned hits = sixteen.overlapping(box, 0);
-    if (!hits) return;
-    Lanes::compress(boxes.slot, hits, next);
-    const unsigned borderline = borderlineOf(sixteen, box, 0, hits);
-    if (borderline) markBorderline(next, hits, borderline);
-    next += __builtin_popcount(hits);
-  }
-};
+inline std::uint32_t* meetCell(const Group<Real>& box, const Group<Real>& boxes,
+                               std::uint32_t* found) {
+  const Sixteen<Real> sixteen = sixteenOf(boxes);
+  const unsigned hits = sixteen.overlapping(box, 0);
+  return hits ? found + writeHits(box, 0, sixteen, boxes.slot, hits, found) : found;
+}
 
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
-  Finder<Real> finder = {box, found};
+  std::uint32_t* next = found;
   forOverlappingCells(tree, box, 0, [&](const std::uint32_t* cells, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) finder.meet(tree.levels[0][cells[i]]);
+    for (std::size_t i = 0; i < count; ++i) next = meetCell(box, tree.levels[0][cells[i]], next);
   });
-  return finder.next - found;
+  return next - found;
 }
 
 template <class Real>
 std::size_t findInCells(const Group<Real>* cells, std::size_t count, const Group<Real>& box,
                         std::uint32_t* found) {
-  Finder<Real> finder = {box, found};
-  for (std::size_t cell = 0; cell < count; ++cell) finder.meet(cells[cell]);
-  return finder.next - found;
+  std::uint32_t* next = found;
+  for (std::size_t cell = 0; cell < count; ++cell) next = meetCell(box, cells[cell], next);
+  return next - found;
 }
 
 }  // namespace

@@ -80,20 +80,6 @@ struct RowSpace {
 // Set beside a slot where floats cannot decide.
 constexpr std::uint32_t borderline_slot = std::uint32_t{1} << 31;
 
-// Where kernels put pairs. `grow` makes room for at least `room` more and updates all three.
-struct PairSink {
-  std::uint64_t* next;
-  std::uint64_t* end;
-  void (*grow)(PairSink& sink, std::size_t room);
-};
-
-// A part of the pairs of `places` boxes, in rows.
-struct TrianglePart {
-  std::size_t places;
-  std::size_t first_row, first_column;
-  std::size_t last_row, last_column;
-};
-
 // Where normal * x <= distance, and how to compute that safely: `rounding` times the size of the
 // numbers that take part bounds all errors.
 template <class Real>
@@ -163,11 +149,11 @@ struct Kernels {
                      std::size_t end, Group<Real>* parents);
   // Finds the rows of all boxes of some cells.
   void (*findRows)(const RowSearch<Real>& search, RowSpace<Real>& space);
-  // Brute force over cells that hold places 0, 1, 2, ... sixteen by sixteen: the pairs (row,
-  // column), row < column < places, from (first_row, first_column) up to but not including
-  // (last_row, last_column), row by row. Ascending.
-  void (*trianglePairs)(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
-                        PairSink& sink);
+  // Brute force: tests the box in a place against those in all later places, of cells that hold
+  // slots 0, 1, 2, ... sixteen by sixteen. Writes the slots of those that overlap, ascending, with
+  // borderline_slot where the exact boxes might not. Returns their number; up to sixteen places
+  // beyond are written.
+  std::size_t (*testLater)(const TreeView<Real>& cells, std::size_t place, std::uint32_t* found);
   // The slots of all boxes of `tree`, which is not empty, that overlap box 0 of `box`, in no order,
   // with borderline_slot where the exact boxes might not. Returns their number; up to sixteen
   // places beyond are written.

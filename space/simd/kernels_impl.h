@@ -1,4 +1,4 @@
-// The kernels for the `Lanes` that the including file chose. Everything here has internal linkage:
+// The kernels for the `Lanes` that the including file has. Everything here has internal linkage:
 // each including file is compiled for an instruction set of its own, and no function of it may be
 // shared with, or replaced by, another file's.
 #pragma once
@@ -18,48 +18,33 @@
 
 namespace {
 
-// Pairs of box `lane` of the query with the boxes at places [begin, end). A processor cannot
-// predict which cells have hits, so many of them are met before any are written, and it is wrong
-// once for all of them.
+// A processor cannot predict which cells have hits, so many of them are met before any are written,
+// and it is wrong once for all of them.
 template <class Real>
-inline void boxAgainstCells(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
-                            std::size_t begin, std::size_t end, PairSink& sink) {
+std::size_t testLater(const TreeView<Real>& cells, std::size_t place, std::uint32_t* found) {
   constexpr std::size_t most_cells = 32;  // fixed: bits of `hit`
-  unsigned masks[most_cells];
-  const std::size_t last = (end + group_size - 1) / group_size;
-  for (std::size_t first = begin / group_size, count; first < last; first += count) {
-    count = last - first < most_cells ? last - first : most_cells;
-    const Group<Real>* const boxes = cells.levels[0] + first;
-    unsigned mask = overlaps(*query.boxes, lane, boxes[0]);
-    if (first * group_size < begin) mask = mask >> begin % group_size << begin % group_size;
-    masks[0] = mask;
-    std::uint32_t hit = mask != 0;  // cells, by bits
-    for (std::size_t i = 1; i < count; ++i) {
-      masks[i] = mask = overlaps(*query.boxes, lane, boxes[i]);
-      hit |= std::uint32_t{mask != 0} << i;
+  const std::size_t own = place / group_size, all = cells.groups[0];
+  const unsigned lane = place % group_size;
+  const Group<Real>& box = cells.levels[0][own];
+  std::uint32_t* next = found;
+  for (std::size_t first = own, count; first < all; first += count) {
+    count = all - first < most_cells ? all - first : most_cells;
+    unsigned masks[most_cells];
+    std::uint32_t hit = 0;  // cells, by bits
+    for (std::size_t i = 0; i < count; ++i) {
+      masks[i] = overlaps(box, lane, cells.levels[0][first + i]);
+      hit |= std::uint32_t{masks[i] != 0} << i;
     }
-    if (end < (first + count) * group_size) masks[count - 1] &= (1u << end % group_size) - 1;
+    if (first == own && (masks[0] &= ~0u << lane << 1) == 0) hit &= ~1u;
     for (; hit; hit &= hit - 1) {
       const unsigned i = static_cast<unsigned>(__builtin_ctz(hit));
-      writeHits(query, lane, masks[i], cells, first + i, sink);
+      if (cells.filters)
+        masks[i] &= passesFilter(cells.filters[own], lane, cells.filters[first + i]);
+      const Group<Real>& boxes = cells.levels[0][first + i];
+      next += writeHits(box, lane, sixteenOf(boxes), boxes.slot, masks[i], next);
     }
   }
-}
-
-template <class Real>
-void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
-                   PairSink& sink) {
-  for (std::size_t row = part.first_row; row <= part.last_row;) {
-    const std::size_t query_cell = row / group_size;
-    const Query<Real> query(cells, query_cell, exact);
-    for (; row <= part.last_row && row / group_size == query_cell; ++row) {
-      const std::size_t begin = row == part.first_row ? part.first_column : row + 1;
-      const std::size_t end = row == part.last_row ? part.last_column : part.places;
-      if (end <= begin) continue;
-      makeRoom(sink, end - begin + group_size);
-      boxAgainstCells(query, row % group_size, cells, begin, end, sink);
-    }
-  }
+  return static_cast<std::size_t>(next - found);
 }
 
 // Four boxes become four numbers of each bound, from `lane` on.
@@ -72,18 +57,18 @@ inline void packFour(const BasicBox<Real>* const* boxes, Group<Real>& cell, std:
     memcpy(&back[i], boxes[i]->lower + 2, sizeof(Type));
   }
   Type half[2];
-  pick<Real, 0, 4, 1, 5>(front[0], front[1], &half[0]);
-  pick<Real, 0, 4, 1, 5>(front[2], front[3], &half[1]);
-  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.lower[0] + lane);
-  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.lower[1] + lane);
-  pick<Real, 0, 4, 1, 5>(back[0], back[1], &half[0]);
-  pick<Real, 0, 4, 1, 5>(back[2], back[3], &half[1]);
-  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.lower[2] + lane);
-  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.upper[0] + lane);
-  pick<Real, 2, 6, 3, 7>(back[0], back[1], &half[0]);
-  pick<Real, 2, 6, 3, 7>(back[2], back[3], &half[1]);
-  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.upper[1] + lane);
-  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.upper[2] + lane);
+  pick<0, 4, 1, 5>(front[0], front[1], &half[0]);
+  pick<0, 4, 1, 5>(front[2], front[3], &half[1]);
+  pick<0, 1, 4, 5>(half[0], half[1], cell.lower[0] + lane);
+  pick<2, 3, 6, 7>(half[0], half[1], cell.lower[1] + lane);
+  pick<0, 4, 1, 5>(back[0], back[1], &half[0]);
+  pick<0, 4, 1, 5>(back[2], back[3], &half[1]);
+  pick<0, 1, 4, 5>(half[0], half[1], cell.lower[2] + lane);
+  pick<2, 3, 6, 7>(half[0], half[1], cell.upper[0] + lane);
+  pick<2, 6, 3, 7>(back[0], back[1], &half[0]);
+  pick<2, 6, 3, 7>(back[2], back[3], &half[1]);
+  pick<0, 1, 4, 5>(half[0], half[1], cell.upper[1] + lane);
+  pick<2, 3, 6, 7>(half[0], half[1], cell.upper[2] + lane);
 }
 
 template <class Real>
@@ -131,7 +116,7 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
   return {packCells<Real>,      packBounds<Real>, findRows<Real>,
-          trianglePairs<Real>,  findInTree<Real>, findInCells<Real>,
+          testLater<Real>,      findInTree<Real>, findInCells<Real>,
           meetHalfSpaces<Real>, boxesApart<Real>, meetRay<Real>};
 }
 

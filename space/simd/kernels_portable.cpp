@@ -1,5 +1,23 @@
-#include "space/simd/lanes_portable.h"
-//
+// Sixteen lanes in plain C++, for processors without one of the other sets.
+#include "space/simd/lanes_common.h"
+
+namespace {
+
+struct Lanes : RegisterLanes<Lanes> {
+  static constexpr const char* name = "portable";
+
+  template <class Mask>
+  static unsigned signs(const Mask& mask) {
+    constexpr int lanes = sizeof mask / sizeof mask[0];
+    unsigned bits = 0;
+    for (int i = 0; i < lanes; ++i) bits |= unsigned{mask[i] != 0} << i;
+    return bits;
+  }
+};
+
+}  // namespace
+
+// The kernels for these lanes.
 #include "space/simd/kernels_impl.h"
 
 namespace ode_parallel_sap {

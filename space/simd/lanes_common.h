@@ -6,56 +6,52 @@
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
-
-#include "space/simd/registers.h"
+#include <utility>
 
 namespace {
 
-// Sixteen boxes to be tested against many, read from memory each time: for sets that have no
-// registers to keep them in.
-template <class Set, class Real>
-struct SixteenByPointer {
-  const Real *lower, *upper;
-  std::size_t stride;
+#if defined(__AVX512F__)
+constexpr int register_bytes = 64;  // fixed: of the vectors
+#elif defined(__AVX__)
+constexpr int register_bytes = 32;  // fixed: of the vectors
+#else
+constexpr int register_bytes = 16;  // fixed: of the vectors
+#endif
 
-  SixteenByPointer(const Real* lower, const Real* upper, std::size_t stride)
-      : lower(lower), upper(upper), stride(stride) {}
-  // Which of them overlap a box, as closed intervals.
-  template <class BoxGroup>
-  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-    unsigned mask = 0xffff;
-    for (int axis = 0; axis < 3; ++axis)
-      mask &= Set::atLeast(upper + axis * stride, box.lower[axis][lane]) &
-              Set::atMost(lower + axis * stride, box.upper[axis][lane]);
-    return mask;
-  }
+template <class Real>
+struct Register {
+  static constexpr int lanes = register_bytes / sizeof(Real);
+  typedef Real Type __attribute__((vector_size(register_bytes), may_alias));
+
+  // The lesser or greater of both; the second one where one is NaN.
+  static Type least(Type a, Type b) { return a < b ? a : b; }
+  static Type greatest(Type a, Type b) { return a > b ? a : b; }
 };
 
 // Four numbers of a type.
 template <class Real>
-struct FourOf;
-template <>
-struct FourOf<float> {
-  typedef float Type __attribute__((vector_size(4 * sizeof(float))));
-  typedef int Places __attribute__((vector_size(4 * sizeof(int))));
-};
-template <>
-struct FourOf<double> {
-  typedef double Type __attribute__((vector_size(4 * sizeof(double))));
-  typedef long long Places __attribute__((vector_size(4 * sizeof(long long))));
+struct FourOf {
+  typedef Real Type __attribute__((vector_size(4 * sizeof(Real))));
 };
 
-// Writes four of the numbers of x and y.
-template <class Real, int p0, int p1, int p2, int p3>
-inline void pick(const typename FourOf<Real>::Type& x, const typename FourOf<Real>::Type& y,
-                 void* to) {
+// Writes numbers of the vectors x and y, for each four of them by a pattern; 4 to 7 are y's.
+constexpr int laneOf(int at, int lanes, int p0, int p1, int p2, int p3) {
+  const int from = at % 4 == 0 ? p0 : at % 4 == 1 ? p1 : at % 4 == 2 ? p2 : p3;
+  return at / 4 * 4 + from % 4 + (from >= 4 ? lanes : 0);
+}
+template <int p0, int p1, int p2, int p3, class Vector, int... at>
+inline void pick(const Vector& x, const Vector& y, void* to, std::integer_sequence<int, at...>) {
 #if defined(__clang__)
-  const typename FourOf<Real>::Type picked = __builtin_shufflevector(x, y, p0, p1, p2, p3);
+  const Vector picked = __builtin_shufflevector(x, y, laneOf(at, sizeof...(at), p0, p1, p2, p3)...);
 #else
-  const typename FourOf<Real>::Type picked =
-      __builtin_shuffle(x, y, typename FourOf<Real>::Places{p0, p1, p2, p3});
+  const Vector picked =
+      __builtin_shuffle(x, y, decltype(x < y){laneOf(at, sizeof...(at), p0, p1, p2, p3)...});
 #endif
   memcpy(to, &picked, sizeof picked);
+}
+template <int p0, int p1, int p2, int p3, class Vector>
+inline void pick(const Vector& x, const Vector& y, void* to) {
+  pick<p0, p1, p2, p3>(x, y, to, std::make_integer_sequence<int, sizeof(x) / sizeof(x[0])>());
 }
 
 // What a set of lanes has no instructions for.
@@ -69,18 +65,6 @@ struct ScalarLanes {
   // Writes `first` + i for each bit i of `mask`, in order. Writes at most 16 numbers.
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     for (; mask; mask &= mask - 1) *out++ = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
-  }
-  // Writes a word for each lane in `mask`, low lanes first: the smaller of its slot and `slot` on
-  // top of the larger one. Writes at most 16 words; returns the number that count.
-  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
-                        std::uint64_t* out) {
-    int count = 0;
-    for (; mask; mask &= mask - 1) {
-      const std::uint32_t other = slots[__builtin_ctz(mask)];
-      out[count++] =
-          slot < other ? std::uint64_t{slot} << 32 | other : std::uint64_t{other} << 32 | slot;
-    }
-    return count;
   }
   // The least and the greatest of sixteen, NaN apart; NaN where all are.
   template <class Real>
@@ -105,9 +89,9 @@ struct ScalarLanes {
       memcpy(&other, p + i, sizeof other);
       join(all, other);
     }
-    pick<Real, 2, 3, 0, 1>(all, all, &other);
+    pick<2, 3, 0, 1>(all, all, &other);
     join(all, other);
-    pick<Real, 1, 0, 3, 2>(all, all, &other);
+    pick<1, 0, 3, 2>(all, all, &other);
     join(all, other);
     return all[0];
   }
@@ -194,18 +178,22 @@ struct RegisterLanes : ScalarLanes {
     Set::compress(words, hits, row);
     return __builtin_popcount(hits);
   }
-  // Lanes are made bits once for all six bounds.
+  // Sixteen boxes to be tested against many.
   template <class Real>
-  struct Sixteen : SixteenByPointer<Set, Real> {
-    using SixteenByPointer<Set, Real>::SixteenByPointer;
+  struct Sixteen {
+    const Real *lower, *upper;
+    std::size_t stride;
 
+    Sixteen(const Real* lower, const Real* upper, std::size_t stride)
+        : lower(lower), upper(upper), stride(stride) {}
+    // Which of them overlap a box, as closed intervals. Lanes are made bits once for all bounds.
     template <class BoxGroup>
     unsigned overlapping(const BoxGroup& box, unsigned lane) const {
       return Set::template bits<Real>([&](int i) {
         const auto reach = [&](int axis) {
-          const std::size_t at = axis * this->stride + i;
-          return notBelow(this->upper + at, box.lower[axis][lane]) &
-                 notAbove(this->lower + at, box.upper[axis][lane]);
+          const std::size_t at = axis * stride + i;
+          return notBelow(upper + at, box.lower[axis][lane]) &
+                 notAbove(lower + at, box.upper[axis][lane]);
         };
         return reach(0) & reach(1) & reach(2);
       });
@@ -215,9 +203,9 @@ struct RegisterLanes : ScalarLanes {
     unsigned touching(const BoxGroup& box, unsigned lane) const {
       return Set::template bits<Real>([&](int i) {
         const auto touch = [&](int axis) {
-          const std::size_t at = axis * this->stride + i;
-          return reinterpret_cast<Mask<Real>>(load(this->upper + at) == box.lower[axis][lane]) |
-                 reinterpret_cast<Mask<Real>>(load(this->lower + at) == box.upper[axis][lane]);
+          const std::size_t at = axis * stride + i;
+          return reinterpret_cast<Mask<Real>>(load(upper + at) == box.lower[axis][lane]) |
+                 reinterpret_cast<Mask<Real>>(load(lower + at) == box.upper[axis][lane]);
         };
         return touch(0) | touch(1) | touch(2);
       });

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "space/paper/axis_parts.h"
+#include "cuda/axis_lists/axis_parts.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"

@@ -1,4 +1,4 @@
-#include "space/paper/axis_parts.h"
+#include "cuda/axis_lists/axis_parts.h"
 
 #include <algorithm>
 #include <cstring>
