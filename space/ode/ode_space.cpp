@@ -183,14 +183,10 @@ void ParallelSAPSpace::printTotals() const {
   });
 }
 
-// ODE's own function takes time linear in the index.
+// ODE's own function goes through the list.
 dxGeom* ParallelSAPSpace::getGeom(int index) {
-  try {
-    if (index >= 0 && index < count)
-      return slots_.at(static_cast<std::size_t>(index), static_cast<std::size_t>(count));
-  } catch (const std::bad_alloc&) {
-  }
-  return dxSpace::getGeom(index);
+  if (index < 0 || index >= count) return dxSpace::getGeom(index);
+  return slots_.at(static_cast<std::size_t>(index), static_cast<std::size_t>(count));
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
