@@ -6,7 +6,6 @@
 
 #include "space/frame/geoms_ahead.h"
 #include "space/frame/without_memory.h"
-#include "space/geoms/user_classes.h"
 
 namespace ode_parallel_sap {
 
@@ -280,7 +279,7 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) {
   return {call.slots(), geomUpdate().boxes().wide, call.scene.nested,
-          extraction().devices().devices(), testedClasses()};
+          extraction().devices().devices()};
 }
 
 // `found`: how the pairs were found anew; null if they were kept.

@@ -45,7 +45,6 @@ int Policy::teamFor(std::size_t slots, const Settings& settings) {
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   Plan plan;
   plan.rules = settings.rules;
-  plan.rules.tested_classes = facts.tested_classes;
   plan.threads = teamFor(facts.slots, settings);
   plan.most_threads = threadsFor(settings);
   const bool by_what_pays = settings.apart == Settings::by_what_pays;

@@ -18,7 +18,6 @@ struct SceneFacts {
   bool last_wide;  // its boxes were doubles
   bool nested;     // within a callback of this space
   DeviceBackend::Devices devices;
-  UserClassSet tested_classes = all_user_classes;  // whose AABBTest may say no
 };
 
 // What a frame is to do: decided once, when it begins, and not changed after.

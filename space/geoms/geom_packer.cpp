@@ -32,7 +32,7 @@ SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
   const bool watched =
       rules.notified ? rules.skip_asleep && geom->body && !resting : !resting || geom->body;
   return (watched ? 0 : unwatched_state) | (IS_SPACE(geom) ? space_state : 0) |
-         (hasAABBTest(geom, rules.tested_classes) ? user_class_state : 0);
+         (hasAABBTest(geom) ? user_class_state : 0);
 }
 
 // Unless silent changes are announced, geoms at rest are packed as if enabled and with all bits

@@ -94,7 +94,7 @@ Pair* PairFilter::verifyRun(dxGeom* const* geoms, const PackRules& rules, bool u
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;
-    to += rule.isStillPair(a, b) && (!user_classes || passesAABBTests(a, b, rules.tested_classes));
+    to += rule.isStillPair(a, b) && (!user_classes || passesAABBTests(a, b));
   }
   return to;
 }

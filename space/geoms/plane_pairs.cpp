@@ -131,8 +131,7 @@ std::size_t PlanePairs::addTo(const PairList& others, const Others& of, int thre
     added.resize(std::remove_if(added.begin(), added.end(),
                                 [&](Pair pair) {
                                   return !passesAABBTests(geoms[earlierOf(pair)],
-                                                          geoms[laterOf(pair)],
-                                                          rules.tested_classes);
+                                                          geoms[laterOf(pair)]);
                                 }) -
                  added.begin());
   merge(others, added, pairs);

@@ -15,7 +15,7 @@
 #include <sstream>
 #include <utility>
 
-#include "space/geoms/ode_heightfield.h"
+#include "heightfield.h"
 
 namespace ode_parallel_sap {
 

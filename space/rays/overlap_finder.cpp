@@ -84,8 +84,7 @@ struct Pass {
   // that is left to the calling thread.
   bool add(const dParallelSAPProbe& probe, dxGeom* geom, Slot slot, bool alone, Share& share) {
     if (probe.ignore && geom->body == probe.ignore) return true;
-    const UserClassSet tested = testedClasses();
-    if (hasAABBTest(geom, tested) || hasAABBTest(probe.geom, tested)) {
+    if (hasAABBTest(geom) || hasAABBTest(probe.geom)) {
       if (!alone) return false;
       const ScopedMode programs(programs_mode);
       if (!passesAABBTests(geom, probe.geom)) return true;
