@@ -51,20 +51,20 @@ Plan Pipeline::decide(const FrameCall& call) {
 }
 
 inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                          PairWatcher* watcher) {
+                                          SpaceObservers* watchers) {
   if (stages_) cache().stop();
   const bool nested = call.scene.nested;
   if (events_ && nested) events_->skip();
   return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
                                statistics_,
                                {receiver, nested ? nullptr : events_.get(),
-                                watcher && !nested && watcher->isDue() ? watcher : nullptr});
+                                watchers && !nested && watchers->isDue() ? watchers : nullptr});
 }
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   statistics_.beginFrame();
   const PairReceiver receiver = {data, callback, nullptr, true};
-  if (isSmall(call)) return endFrame(collideSmall(call, receiver, watcher_).pairs);
+  if (isSmall(call)) return endFrame(collideSmall(call, receiver, watchers_).pairs);
   return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
     if (!reportByLastStage(frame, pairs, data, callback)) report(frame, pairs, data, callback);
   });
@@ -77,7 +77,7 @@ std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& re
   PairBlock block(request, call.lists.large->contact_pairs.data());
   const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
                                  &PairBlock::leaveOut};
-  return endFrame(collideSmall(call, receiver, watcher_).pairs);
+  return endFrame(collideSmall(call, receiver, watchers_).pairs);
 }
 
 // With room on the stack, should memory end. Not inline: small scenes have no need of it.
@@ -112,17 +112,15 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   frame.clock.begin(Stage::narrow);
   bool found = true;
   try {
-    const int used = narrow_phase.run(
-        pairs.list(), request,
-        {frame.plan.most_threads, call.manual_cleanup, frame.plan.leave_apart_out});
+    const int used =
+        narrow_phase.run(pairs.list(), request, {frame.plan.most_threads, call.manual_cleanup});
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
-    frame.stats.apart = narrow_phase.apart().apart;
-    if (stages_) policy().learnOfApart(frame.plan, narrow_phase.apart());
-    if (watcher_ && !call.scene.nested && watcher_->isDue())
+    frame.stats.apart = narrow_phase.apart();
+    if (watchers_ && !call.scene.nested && watchers_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place)
-        watcher_->see(pairs.list()[place].o1, pairs.list()[place].o2);
+        watchers_->see(pairs.list()[place].o1, pairs.list()[place].o2);
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
@@ -299,11 +297,11 @@ void Pipeline::learn(const Frame& frame, const Found* found) {
 
 // Shows the pairs to who watches, before the program gets them.
 void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
-  if (!watcher_ || frame.call.scene.nested || !watcher_->isDue()) return;
+  if (!watchers_ || frame.call.scene.nested || !watchers_->isDue()) return;
   dxGeom* const* const geoms = frame.call.geoms();
   for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair pair : part) watcher_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
-  watcher_->endPairs();
+    for (const Pair pair : part) watchers_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+  watchers_->endPairs();
 }
 
 void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
@@ -320,15 +318,14 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
   const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
-                                     frame.plan.leave_apart_out, call.lists.large->limit};
+                                     call.lists.large->limit};
   LastStage::Collided collided;
   if (!last_stage_->prepare(of_frame, collided)) return false;
   frame.clock.pause();
   if (collided.pairs) {
     frame.stats.narrow_threads = collided.threads;
     frame.stats.contacts = collided.contacts;
-    frame.stats.apart = collided.apart.apart;
-    policy().learnOfApart(frame.plan, collided.apart);
+    frame.stats.apart = collided.apart;
     noteStats(frame);  // should the callback throw, or collide again
   }
   frame.clock.begin(Stage::report);

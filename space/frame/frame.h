@@ -19,7 +19,7 @@
 #include "space/frame/statistics.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
-#include "space/geoms/pair_watcher.h"
+#include "space/geoms/space_observer.h"
 
 namespace ode_parallel_sap {
 
@@ -124,8 +124,8 @@ class Pipeline {
   const Statistics& statistics() const { return statistics_; }
   // What takes the place of the report of dSpaceCollide.
   void setLastStage(std::unique_ptr<LastStage> last_stage) { last_stage_ = std::move(last_stage); }
-  // Sees the pairs of some frames; may be null.
-  void watchPairs(PairWatcher* watcher) { watcher_ = watcher; }
+  // They see the pairs of some frames.
+  void watchPairs(SpaceObservers* watchers) { watchers_ = watchers; }
   // Gives back a part of what is held, but for the devices. No frame uses `lists`.
   static constexpr int parts = 4;
   void release(int part, FrameLists& lists);
@@ -156,7 +156,7 @@ class Pipeline {
   template <class Report>
   std::size_t run(const FrameCall& call, const PairReceiver& receiver, Report report);
   inline FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                  PairWatcher* watcher);
+                                  SpaceObservers* watchers);
   const PairList* findPairs(Frame& frame);
   bool renew(Frame& frame, const PairCache::Update& update);
   Found findAnew(Frame& frame);
@@ -180,7 +180,7 @@ class Pipeline {
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;
-  PairWatcher* watcher_ = nullptr;
+  SpaceObservers* watchers_ = nullptr;
 };
 
 }  // namespace ode_parallel_sap

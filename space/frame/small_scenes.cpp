@@ -264,9 +264,9 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
     for (const PlacePair* pair = pairs; pair < end; ++pair)
       if (!pair->isLeftOut()) use(active[pair->earlier()], active[pair->later()]);
   };
-  if (report.watcher) {
-    forPairs([&](dxGeom* a, dxGeom* b) { report.watcher->see(a, b); });
-    report.watcher->endPairs();
+  if (report.watchers) {
+    forPairs([&](dxGeom* a, dxGeom* b) { report.watchers->see(a, b); });
+    report.watchers->endPairs();
   }
   const PairReceiver receiver = report.receiver;
   const Reports::Open open(scene.reports, receiver.opens);

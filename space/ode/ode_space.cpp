@@ -643,12 +643,8 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
     updateAABB(geom);
     if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
   };
-  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_),
-                          getManualCleanup() != 0,
-                          settings_.apart != 0,
-                          call.isGuest(),
-                          any_swept.load(std::memory_order_relaxed),
-                          prepare};
+  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_), getManualCleanup() != 0,
+                          call.isGuest(), any_swept.load(std::memory_order_relaxed), prepare};
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;
