@@ -204,8 +204,10 @@ Found Pipeline::findAnew(Frame& frame) {
 
   frame.clock.begin(Stage::synchronise);
   geomUpdate().synchronise(call.geoms());
-  const BoxSet& boxes = geomUpdate().boxes();
+  BoxSet& boxes = geomUpdate().boxes();
   noteUpdate(frame);
+  PlanePairs& planes = cache().planes();
+  if (plan.rules.cull_planes) planes.take(call.geoms(), geomUpdate(), plan.threads);
 
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.large->candidates;
@@ -231,13 +233,21 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.candidates = found.pairs;
 
   frame.clock.begin(Stage::filter);
-  pairFilter().dropExcluded(call.geoms(), geomUpdate().facts(), plan.rules, boxes, plan.threads,
-                            candidates);
+  const auto dropExcluded = [&](PairList& pairs) {
+    pairFilter().dropExcluded(call.geoms(), geomUpdate(), plan.rules, /*planes=*/false,
+                              plan.threads, pairs);
+  };
+  dropExcluded(candidates);
+  if (plan.rules.cull_planes && planes.any()) {
+    dropExcluded(planes.found());
+    frame.stats.candidates += planes.found().size();
+    planes.putBack(call.geoms(), boxes, plan.threads, candidates);
+  }
   if (plan.use_cache) cache().start(call.slots());
   return found;
 }
 
-// Counts the geoms, whose boxes are up to date, and takes planes out of these.
+// Counts the geoms, whose boxes are up to date.
 void Pipeline::noteUpdate(Frame& frame) {
   const UpdateFacts& facts = geomUpdate().facts();
   dxGeom* const* const geoms = frame.call.geoms();
@@ -246,21 +256,18 @@ void Pipeline::noteUpdate(Frame& frame) {
   frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
   frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
   frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
-  if (frame.plan.rules.cull_planes) pairFilter().planes().take(geoms, geomUpdate().boxes());
 }
 
 // The pairs to be reported.
 const PairList& Pipeline::select(Frame& frame) {
   LargeLists& lists = *frame.call.lists.large;
-  const UpdateFacts& facts = geomUpdate().facts();
+  const bool user_classes = geomUpdate().facts().user_classes;
   const PackRules& rules = frame.plan.rules;
-  if (!pairFilter().mustSelect(facts, rules)) return lists.candidates;
+  if (!user_classes && !rules.verified()) return lists.candidates;
   frame.clock.begin(Stage::filter);
-  const PairList& pairs =
-      pairFilter().select(frame.call.geoms(), facts, rules, geomUpdate().boxes(),
-                          frame.plan.threads, lists.candidates, lists.selected);
-  frame.stats.candidates += lists.selected.added;
-  return pairs;
+  PairFilter::verify(frame.call.geoms(), rules, user_classes, frame.plan.threads, lists.candidates,
+                     lists.selected);
+  return lists.selected;
 }
 
 // The pairs of a frame within a callback are no events. `are_same`: all are those of the last
@@ -363,7 +370,6 @@ __attribute__((noinline)) bool Pipeline::cleanMany(const Scene& scene,
 
 void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
   if (stages_) cache().stop();
-  noteArrival();
   if (last_stage_) last_stage_->noteNewSlots();
   if (events_) events_->closeSlots(geoms);
 }

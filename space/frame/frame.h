@@ -25,8 +25,8 @@ namespace ode_parallel_sap {
 
 // The lists of a frame that is not small, or of one with contacts or blocks.
 struct LargeLists {
-  PairList candidates;            // the pairs by boxes; kept for the next frame
-  PairFilter::Selected selected;  // those of them that are reported, if not all are
+  PairList candidates;  // the pairs by boxes; kept for the next frame
+  PairList selected;    // those of them that are reported, if not all are
   Buffer<dParallelSAPPair> contact_pairs;
   Buffer<Pair> contact_slots;  // of these or the spaces that they are in, if any is in one
   NarrowPhase narrow_phase;
@@ -96,12 +96,8 @@ class Pipeline {
   void noteAllUnreported() {
     if (stages_) cache().noteAll();
   }
-  // A geom comes to a slot or leaves it.
-  void noteArrival() {
-    if (stages_) pairFilter().planes().forget();
-  }
+  // A geom leaves its slot.
   void noteDeparture(const dxGeom* geom, Slot slot) {
-    noteArrival();
     complaints_.forget(geom);
     if (events_) events_->removeGeom(slot);
   }

@@ -3,6 +3,7 @@
 // ODE's private headers.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -47,7 +48,7 @@ inline double finiteMagnitude(double lower, double upper) {
   constexpr double most = std::numeric_limits<dReal>::max();
   lower = std::fabs(lower);
   upper = std::fabs(upper);
-  return std::fmax(lower <= most ? lower : 0, upper <= most ? upper : 0);
+  return std::max(lower <= most ? lower : 0, upper <= most ? upper : 0);
 }
 
 // True only if no point of the AABB, moved by such errors, is in the half-space. False where
@@ -64,16 +65,12 @@ inline bool isClearOfPlane(const dReal* aabb, const dReal* plane) {
 }
 
 // Whether one of the geoms is a plane of which the other one's AABB is clear.
-__attribute__((noinline)) inline bool areClearByPlane(dxGeom* a, dxGeom* b) {
-  if (a->type != dPlaneClass && b->type != dPlaneClass) return false;
-  dVector4 plane;
-  for (const bool swapped : {false, true}) {
-    dxGeom *const first = swapped ? b : a, *const second = swapped ? a : b;
-    if (first->type != dPlaneClass) continue;
-    dGeomPlaneGetParams(first, plane);
-    if (isClearOfPlane(second->aabb, plane)) return true;
-  }
-  return false;
+__attribute__((noinline)) inline bool areClearByPlane(const dxGeom* a, const dxGeom* b) {
+  const auto isClearOf = [](const dxGeom* geom, const dxGeom* of) {
+    return of->type == dPlaneClass &&
+           isClearOfPlane(geom->aabb, static_cast<const dxPlane*>(of)->p);
+  };
+  return isClearOf(a, b) || isClearOf(b, a);
 }
 
 // Whether the rules leave the pairs of this geom with others of its kind out. Spaces are neither

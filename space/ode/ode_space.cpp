@@ -208,7 +208,6 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   const ParallelSAPSpace* const own =
       IS_SPACE(geom) ? parallelSAPSpace(static_cast<dxSpace*>(geom)) : nullptr;
   if (own && own->ever_swept_) noteSwept();
-  pipeline_.noteArrival();
   noteMember();
   geom->next = nullptr;
   *tail_ = geom;
