@@ -11,7 +11,6 @@
 
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
-#include "space/frame/stage_clock.h"
 #include "space/geoms/pair_rule.h"
 #include "space/geoms/slots.h"
 

@@ -88,9 +88,8 @@ bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state
   if (resting != (boxes.bodies[slot] == resting_number)) return true;
   if (isEnabled(geom) != !(state & disabled_state)) return true;
   if (state & no_box_state || (resting && !rules.notified)) return false;
-  return boxes.bits[slot].category != foldBits(geom->category_bits) ||
-         boxes.bits[slot].collide != foldBits(geom->collide_bits) ||
-         !foldsExactly(geom->category_bits) || !foldsExactly(geom->collide_bits) ||
+  return !areFoldedTo(boxes.bits[slot].category, geom->category_bits) ||
+         !areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) ||
          (!resting && boxes.bodies[slot] != numberOf(geom->body));
 }
 

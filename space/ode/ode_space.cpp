@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "space/base/tuning.h"
-#include "space/frame/stage_clock.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/assertions.h"
 #include "space/geoms/pair_rule.h"
