@@ -56,20 +56,18 @@ class Extraction {
   // Makes `pairs` those of the boxes that overlap. Throws std::bad_alloc where memory ends.
   Found find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
 
-  // Made when a frame first needs them: about 25 KB before the first box.
-  CPUFinders& finders();
-  Sweep<float>& sweep() { return finders().narrow.sweep; }
+  Sweep<float>& sweep() { return finders_.narrow.sweep; }
   DeviceBackend& devices() { return devices_; }
   const DeviceBackend& devices() const { return devices_; }
 
   // Gives back what is held, but for the devices: that took too long to get.
-  void release() { finders_.reset(); }
+  void release() { finders_ = CPUFinders(); }
   std::size_t bytes() const { return bytesOf(finders_, devices_); }
 
  private:
   Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
 
-  std::unique_ptr<CPUFinders> finders_;
+  CPUFinders finders_;
   DeviceBackend devices_;
 };
 

@@ -18,19 +18,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Brings the AABBs of all dirty geoms up to date. Returns their number. `others`: code of the
-// program did it for some. Not inline: the loop needs all registers.
-__attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
-  unsigned moved = 0;
-  for (dxGeom* geom = first; geom; geom = geom->next) {
-    if (!(geom->gflags & GEOM_DIRTY)) continue;
-    ++moved;
-    others = others || needsCallingThread(geom);
-    cleanGeom(geom);
-  }
-  return moved;
-}
-
 // A few pairs, which go into the list when there is no room for more.
 class PlaceSink : public PairSink {
  public:
@@ -206,12 +193,13 @@ __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRul
 inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLists& lists,
                  SmallFound& found) {
   const bool is_exact = !differs(currentMode(), exactMode());
-  bool others = false;
+  Cleaned cleaned;
   if (!still) {
-    found.counts.moved = clean(scene.first, others);
+    cleaned = cleanOneByOne(scene.first);
+    found.counts.moved = cleaned.moved;
     scene.noteClean();
   }
-  if (is_exact && !others) return findAmongClean(scene, rules, still, lists, found);
+  if (is_exact && !cleaned.by_others) return findAmongClean(scene, rules, still, lists, found);
   findInExactMode(scene, rules, still, lists, found);
 }
 

@@ -1,7 +1,6 @@
 // Which geom is in which slot. Sees ODE's private headers.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -77,11 +76,6 @@ class Slots {
   bool worthClosing(std::size_t count) const {
     const std::size_t gaps = size() - count;
     return gaps > 0 && gaps >= size() / 4;
-  }
-  // Whether a geom more would be better added without gaps.
-  bool mustClose(std::size_t count) const {
-    constexpr std::size_t least_gaps = 64;  // fixed: any number that is not worth it
-    return size() - count >= std::max(least_gaps, count);
   }
   // Closes the gaps. Geoms keep their order.
   void close() {

@@ -195,7 +195,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   require(geom->parent_space == 0, "geom is already in a space", "dSpaceAdd");
   require(!slots_.full(), "too many geoms in a parallel SAP space", "dSpaceAdd");
 
-  if (!isLocked() && slots_.mustClose(count)) closeSlots();
+  if (!isLocked()) closeSlots();
   // All that may throw comes before the geom is known here.
   const Slot slot = slots_.next();
   pipeline_.noteChange(slot);
