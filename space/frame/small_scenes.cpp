@@ -192,14 +192,14 @@ __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRul
 // member by member and not copied: a copy waits until words just written have reached the cache.
 inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLists& lists,
                  SmallFound& found) {
-  const bool is_exact = !differs(currentMode(), exactMode());
-  Cleaned cleaned;
+  bool is_exact = !differs(currentMode(), exactMode());
   if (!still) {
-    cleaned = cleanOneByOne(scene.first);
+    const Cleaned cleaned = cleanOneByOne(scene.first);
     found.counts.moved = cleaned.moved;
+    is_exact = is_exact && !cleaned.by_others;
     scene.noteClean();
   }
-  if (is_exact && !cleaned.by_others) return findAmongClean(scene, rules, still, lists, found);
+  if (is_exact) return findAmongClean(scene, rules, still, lists, found);
   findInExactMode(scene, rules, still, lists, found);
 }
 
