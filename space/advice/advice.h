@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "space/ode/space_observer.h"
+#include "space/geoms/space_observer.h"
 
 namespace ode_parallel_sap {
 

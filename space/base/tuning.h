@@ -153,10 +153,6 @@ constexpr unsigned most_without_vectors = 32;
 // 10,000, 80 to 150 from 100,000 on.
 constexpr double least_callback_ms = 2e-5;
 
-// Testing which pairs of boxes are certainly apart pays where this part of them is: twice as much
-// took 1.09 times as long in piles.
-constexpr double least_apart_boxes = 0.3;
-
 // The part of what is known of a back end's time that its newest frame makes up.
 constexpr double newest_weight = 0.25;
 

@@ -60,12 +60,12 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   GeomTree* const tree = part.made();
   if (!tree || !tree->bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
   const int used = changed_pairs_.find(
-      boxes, facts.disabled == 0 && !filter.planes().any(), changed, changed_, threads,
+      boxes, facts.disabled == 0, changed, changed_, threads,
       [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, slot, boxes, hits); });
   counts.threads = std::max(counts.threads, used);
   PairList& found = changed_pairs_.found();
   counts.found = found.size();
-  filter.dropExcluded(geoms.data(), facts, rules_, boxes, threads, found);
+  filter.dropExcluded(geoms.data(), geom_update, rules_, rules_.cull_planes, threads, found);
   counts.kept = merge_.replace(changed_, found, threads, pairs);
   forgetChanges();
   return true;

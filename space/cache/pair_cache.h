@@ -11,6 +11,7 @@
 #include "space/cache/changed_pairs.h"
 #include "space/cache/fat_proxies.h"
 #include "space/cache/pair_merge.h"
+#include "space/cache/plane_pairs.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
 #include "space/queries/geom_tree.h"
@@ -88,7 +89,10 @@ class PairCache {
   // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }
 
-  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, merge_, fat_); }
+  // Culled planes, of frames that are found anew.
+  PlanePairs& planes() { return planes_; }
+
+  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, merge_, fat_, planes_); }
 
  private:
   bool tooMany(std::size_t changes, std::size_t slots) const;
@@ -102,6 +106,7 @@ class PairCache {
   ChangedPairs changed_pairs_;
   PairMerge merge_;
   FatProxies fat_;
+  PlanePairs planes_;
 };
 
 }  // namespace ode_parallel_sap

@@ -55,8 +55,8 @@ endfunction()
 # Nothing is run again until something that could change the outcome has changed.
 set(fingerprint "${ODE_PARALLEL_SAP_LIBODE_LINK_LIBRARIES} ${ODE_PARALLEL_SAP_LIBODE_CFLAGS} ${CMAKE_CXX_FLAGS}")
 string(APPEND fingerprint "${CMAKE_CXX_COMPILER} ${CMAKE_CXX_COMPILER_VERSION} ${ODE_PARALLEL_SAP_PRECISION}")
-file(GLOB inputs "${ode_cmake_dir}/*ode*" "${ode_cmake_dir}/config.h.in" "${PROJECT_SOURCE_DIR}/space/geoms/slot_home.h"
-     "${PROJECT_SOURCE_DIR}/space/geoms/ode_private.h" "${PROJECT_SOURCE_DIR}/space/preload/ode_layout.h")
+file(GLOB inputs "${ode_cmake_dir}/*ode*" "${ode_cmake_dir}/config.h.in" "${PROJECT_SOURCE_DIR}/space/geoms/ode_private.h"
+     "${PROJECT_SOURCE_DIR}/space/preload/ode_layout.h")
 foreach(directory IN LISTS ODE_PRIVATE_INCLUDE_DIRS)
   if(NOT directory STREQUAL ode_private_dir)
     file(GLOB headers "${directory}/*.h")

@@ -238,7 +238,6 @@ int main() {
   checkDerivedSpace();
   checkNestedSpaces();
   dCloseODE();
-  std::printf("dxGeom %zu bytes, dxSpace %zu bytes, %s tome_ex", sizeof(dxGeom), sizeof(dxSpace),
-              ode_parallel_sap::SlotHome::takes_tome ? "without" : "with");
+  std::printf("dxGeom %zu bytes, dxSpace %zu bytes", sizeof(dxGeom), sizeof(dxSpace));
   return 0;
 }

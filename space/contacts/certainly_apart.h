@@ -16,20 +16,8 @@ constexpr std::size_t most_apart_pairs = 32;
 struct ApartBoxes {
   std::uint32_t tested;
   std::uint32_t apart;  // of those, pairs of which dCollide returns 0
-};
 
-// How many those were.
-struct ApartCounts {
-  std::size_t tested = 0, apart = 0;
-
-  void add(const ApartBoxes& boxes) {
-    tested += static_cast<std::size_t>(__builtin_popcount(boxes.tested));
-    apart += static_cast<std::size_t>(__builtin_popcount(boxes.apart));
-  }
-  void add(const ApartCounts& more) {
-    tested += more.tested;
-    apart += more.apart;
-  }
+  std::size_t count() const { return static_cast<std::size_t>(__builtin_popcount(apart)); }
 };
 
 // Tests those pairs [0, count) of two boxes that are in `wanted`, for which dCollide is called

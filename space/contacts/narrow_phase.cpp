@@ -94,7 +94,7 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
     for (Buffer<Waiting>* const waiting :
          {&share.heavy, &share.own_collider, &share.calling_thread})
       waiting->resizeDiscarding(0);
-    share.apart = {};
+    share.apart = 0;
   }
   found_.resizeDiscarding(pairs.size());
 
@@ -157,12 +157,10 @@ void NarrowPhase::collideChunk(const Job& job, Range range, int thread) {
     wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
     testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
   }
-  if (job.way.leave_apart_out) {
-    const ApartBoxes boxes =
-        certainlyApart(job.pairs.data() + range.begin, range.end - range.begin, wanted & testable);
-    shares_[thread].apart.add(boxes);
-    wanted &= ~boxes.apart;
-  }
+  const ApartBoxes boxes =
+      certainlyApart(job.pairs.data() + range.begin, range.end - range.begin, wanted & testable);
+  shares_[thread].apart += boxes.count();
+  wanted &= ~boxes.apart;
   for (; wanted; wanted &= wanted - 1) {
     const int i = __builtin_ctz(wanted);
     collideOrQueue(job, {range.begin + i, flags[i]}, thread);
@@ -235,9 +233,9 @@ std::size_t NarrowPhase::contacts() const {
   return contacts;
 }
 
-ApartCounts NarrowPhase::apart() const {
-  ApartCounts all;
-  for (const Share& share : shares_) all.add(share.apart);
+std::size_t NarrowPhase::apart() const {
+  std::size_t all = 0;
+  for (const Share& share : shares_) all += share.apart;
   return all;
 }
 

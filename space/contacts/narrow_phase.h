@@ -55,9 +55,8 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
 class NarrowPhase {
  public:
   struct Way {
-    int threads;           // the most
-    bool manual_cleanup;   // the threads leave no data in ODE
-    bool leave_apart_out;  // boxes that are certainly apart
+    int threads;          // the most
+    bool manual_cleanup;  // the threads leave no data in ODE
   };
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.
@@ -76,7 +75,7 @@ class NarrowPhase {
     return {shares_[found.thread].contacts.data() + found.first, found.count};
   }
   std::size_t contacts() const;
-  ApartCounts apart() const;
+  std::size_t apart() const;  // pairs of boxes that are
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
@@ -98,7 +97,7 @@ class NarrowPhase {
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
     Buffer<Waiting> heavy, own_collider, calling_thread;
-    ApartCounts apart;
+    std::size_t apart = 0;
 
     std::size_t bytes() const { return bytesOf(contacts, heavy, own_collider, calling_thread); }
   };

@@ -4,11 +4,6 @@
 
 namespace ode_parallel_sap {
 
-CPUFinders& Extraction::finders() {
-  if (!finders_) finders_ = std::make_unique<CPUFinders>();
-  return *finders_;
-}
-
 Found Extraction::find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs) {
   try {
     return findBy(plan.method, boxes, plan, pairs);
@@ -25,7 +20,7 @@ Found Extraction::findBy(int method, const BoxSet& boxes, const ExtractionPlan& 
   found.method = method;
   if (plan.devices > 0) found.devices = devices_.find(method, boxes, plan, pairs);
   if (found.devices > 0) return found;
-  finders().with(boxes.wide, [&](auto& by) {
+  finders_.with(boxes.wide, [&](auto& by) {
     by.axis_lists.limit(plan.axis_lists_bytes);
     found.threads = by.of(method).find(boxes, plan.threads, pairs);
   });

@@ -1,15 +1,46 @@
 // The extraction stage: boxes in, pairs out, by the method and on the back end of the plan.
 #pragma once
 
+#include <ode_parallel_sap/parallel_sap_space.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 
-#include "space/finders/cpu_finders.h"
 #include "space/finders/device_backend.h"
+#include "space/pairs/sweep.h"
+#include "space/paper/axis_lists.h"
+#include "space/paper/brute_force.h"
 
 namespace ode_parallel_sap {
+
+// The methods that run on the CPU, each for boxes of floats and of doubles.
+template <class Real>
+struct FindersOf {
+  BruteForce<Real> brute_force;
+  Sweep<Real> sweep;
+  AxisLists<Real> axis_lists;
+
+  PairFinder& of(int method) {
+    if (method == dParallelSAPMethodBruteForce) return brute_force;
+    if (method == dParallelSAPMethodAxisLists) return axis_lists;
+    return sweep;
+  }
+  std::size_t bytes() const { return bytesOf(brute_force, sweep, axis_lists); }
+};
+
+struct CPUFinders {
+  FindersOf<float> narrow;
+  FindersOf<double> wide;
+
+  // Calls use(finders) with those for boxes of floats or doubles.
+  template <class Use>
+  auto with(bool is_wide, Use use) {
+    return is_wide ? use(wide) : use(narrow);
+  }
+  std::size_t bytes() const { return bytesOf(narrow, wide); }
+};
 
 // How the pairs were found.
 struct Found {
@@ -25,20 +56,18 @@ class Extraction {
   // Makes `pairs` those of the boxes that overlap. Throws std::bad_alloc where memory ends.
   Found find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
 
-  // Made when a frame first needs them: about 25 KB before the first box.
-  CPUFinders& finders();
-  Sweep<float>& sweep() { return finders().narrow.sweep; }
+  Sweep<float>& sweep() { return finders_.narrow.sweep; }
   DeviceBackend& devices() { return devices_; }
   const DeviceBackend& devices() const { return devices_; }
 
   // Gives back what is held, but for the devices: that took too long to get.
-  void release() { finders_.reset(); }
+  void release() { finders_ = CPUFinders(); }
   std::size_t bytes() const { return bytesOf(finders_, devices_); }
 
  private:
   Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
 
-  std::unique_ptr<CPUFinders> finders_;
+  CPUFinders finders_;
   DeviceBackend devices_;
 };
 

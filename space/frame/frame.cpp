@@ -6,7 +6,6 @@
 
 #include "space/frame/geoms_ahead.h"
 #include "space/frame/without_memory.h"
-#include "space/geoms/user_classes.h"
 
 namespace ode_parallel_sap {
 
@@ -52,20 +51,20 @@ Plan Pipeline::decide(const FrameCall& call) {
 }
 
 inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                          PairWatcher* watcher) {
+                                          SpaceObservers* watchers) {
   if (stages_) cache().stop();
   const bool nested = call.scene.nested;
   if (events_ && nested) events_->skip();
   return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
                                statistics_,
                                {receiver, nested ? nullptr : events_.get(),
-                                watcher && !nested && watcher->isDue() ? watcher : nullptr});
+                                watchers && !nested && watchers->isDue() ? watchers : nullptr});
 }
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   statistics_.beginFrame();
   const PairReceiver receiver = {data, callback, nullptr, true};
-  if (isSmall(call)) return endFrame(collideSmall(call, receiver, watcher_).pairs);
+  if (isSmall(call)) return endFrame(collideSmall(call, receiver, watchers_).pairs);
   return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
     if (!reportByLastStage(frame, pairs, data, callback)) report(frame, pairs, data, callback);
   });
@@ -78,7 +77,7 @@ std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& re
   PairBlock block(request, call.lists.large->contact_pairs.data());
   const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
                                  &PairBlock::leaveOut};
-  return endFrame(collideSmall(call, receiver, watcher_).pairs);
+  return endFrame(collideSmall(call, receiver, watchers_).pairs);
 }
 
 // With room on the stack, should memory end. Not inline: small scenes have no need of it.
@@ -113,17 +112,15 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   frame.clock.begin(Stage::narrow);
   bool found = true;
   try {
-    const int used = narrow_phase.run(
-        pairs.list(), request,
-        {frame.plan.most_threads, call.manual_cleanup, frame.plan.leave_apart_out});
+    const int used =
+        narrow_phase.run(pairs.list(), request, {frame.plan.most_threads, call.manual_cleanup});
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
-    frame.stats.apart = narrow_phase.apart().apart;
-    if (stages_) policy().learnOfApart(frame.plan, narrow_phase.apart());
-    if (watcher_ && !call.scene.nested && watcher_->isDue())
+    frame.stats.apart = narrow_phase.apart();
+    if (watchers_ && !call.scene.nested && watchers_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place)
-        watcher_->see(pairs.list()[place].o1, pairs.list()[place].o2);
+        watchers_->see(pairs.list()[place].o1, pairs.list()[place].o2);
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
@@ -207,8 +204,10 @@ Found Pipeline::findAnew(Frame& frame) {
 
   frame.clock.begin(Stage::synchronise);
   geomUpdate().synchronise(call.geoms());
-  const BoxSet& boxes = geomUpdate().boxes();
+  BoxSet& boxes = geomUpdate().boxes();
   noteUpdate(frame);
+  PlanePairs& planes = cache().planes();
+  if (plan.rules.cull_planes) planes.take(call.geoms(), geomUpdate(), plan.threads);
 
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.large->candidates;
@@ -234,13 +233,21 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.candidates = found.pairs;
 
   frame.clock.begin(Stage::filter);
-  pairFilter().dropExcluded(call.geoms(), geomUpdate().facts(), plan.rules, boxes, plan.threads,
-                            candidates);
+  const auto dropExcluded = [&](PairList& pairs) {
+    pairFilter().dropExcluded(call.geoms(), geomUpdate(), plan.rules, /*planes=*/false,
+                              plan.threads, pairs);
+  };
+  dropExcluded(candidates);
+  if (plan.rules.cull_planes && planes.any()) {
+    dropExcluded(planes.found());
+    frame.stats.candidates += planes.found().size();
+    planes.putBack(call.geoms(), boxes, plan.threads, candidates);
+  }
   if (plan.use_cache) cache().start(call.slots());
   return found;
 }
 
-// Counts the geoms, whose boxes are up to date, and takes planes out of these.
+// Counts the geoms, whose boxes are up to date.
 void Pipeline::noteUpdate(Frame& frame) {
   const UpdateFacts& facts = geomUpdate().facts();
   dxGeom* const* const geoms = frame.call.geoms();
@@ -249,21 +256,18 @@ void Pipeline::noteUpdate(Frame& frame) {
   frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
   frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
   frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
-  if (frame.plan.rules.cull_planes) pairFilter().planes().take(geoms, geomUpdate().boxes());
 }
 
 // The pairs to be reported.
 const PairList& Pipeline::select(Frame& frame) {
   LargeLists& lists = *frame.call.lists.large;
-  const UpdateFacts& facts = geomUpdate().facts();
+  const bool user_classes = geomUpdate().facts().user_classes;
   const PackRules& rules = frame.plan.rules;
-  if (!pairFilter().mustSelect(facts, rules)) return lists.candidates;
+  if (!user_classes && !rules.verified()) return lists.candidates;
   frame.clock.begin(Stage::filter);
-  const PairList& pairs =
-      pairFilter().select(frame.call.geoms(), facts, rules, geomUpdate().boxes(),
-                          frame.plan.threads, lists.candidates, lists.selected);
-  frame.stats.candidates += lists.selected.added;
-  return pairs;
+  PairFilter::verify(frame.call.geoms(), rules, user_classes, frame.plan.threads, lists.candidates,
+                     lists.selected);
+  return lists.selected;
 }
 
 // The pairs of a frame within a callback are no events. `are_same`: all are those of the last
@@ -280,7 +284,7 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) {
   return {call.slots(), geomUpdate().boxes().wide, call.scene.nested,
-          extraction().devices().devices(), testedClasses()};
+          extraction().devices().devices()};
 }
 
 // `found`: how the pairs were found anew; null if they were kept.
@@ -300,11 +304,11 @@ void Pipeline::learn(const Frame& frame, const Found* found) {
 
 // Shows the pairs to who watches, before the program gets them.
 void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
-  if (!watcher_ || frame.call.scene.nested || !watcher_->isDue()) return;
+  if (!watchers_ || frame.call.scene.nested || !watchers_->isDue()) return;
   dxGeom* const* const geoms = frame.call.geoms();
   for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair pair : part) watcher_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
-  watcher_->endPairs();
+    for (const Pair pair : part) watchers_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+  watchers_->endPairs();
 }
 
 void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
@@ -321,15 +325,14 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
   const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
-                                     frame.plan.leave_apart_out, call.lists.large->limit};
+                                     call.lists.large->limit};
   LastStage::Collided collided;
   if (!last_stage_->prepare(of_frame, collided)) return false;
   frame.clock.pause();
   if (collided.pairs) {
     frame.stats.narrow_threads = collided.threads;
     frame.stats.contacts = collided.contacts;
-    frame.stats.apart = collided.apart.apart;
-    policy().learnOfApart(frame.plan, collided.apart);
+    frame.stats.apart = collided.apart;
     noteStats(frame);  // should the callback throw, or collide again
   }
   frame.clock.begin(Stage::report);
@@ -367,7 +370,6 @@ __attribute__((noinline)) bool Pipeline::cleanMany(const Scene& scene,
 
 void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
   if (stages_) cache().stop();
-  noteArrival();
   if (last_stage_) last_stage_->noteNewSlots();
   if (events_) events_->closeSlots(geoms);
 }

@@ -19,14 +19,14 @@
 #include "space/frame/statistics.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
-#include "space/geoms/pair_watcher.h"
+#include "space/geoms/space_observer.h"
 
 namespace ode_parallel_sap {
 
 // The lists of a frame that is not small, or of one with contacts or blocks.
 struct LargeLists {
-  PairList candidates;            // the pairs by boxes; kept for the next frame
-  PairFilter::Selected selected;  // those of them that are reported, if not all are
+  PairList candidates;  // the pairs by boxes; kept for the next frame
+  PairList selected;    // those of them that are reported, if not all are
   Buffer<dParallelSAPPair> contact_pairs;
   Buffer<Pair> contact_slots;  // of these or the spaces that they are in, if any is in one
   NarrowPhase narrow_phase;
@@ -96,12 +96,8 @@ class Pipeline {
   void noteAllUnreported() {
     if (stages_) cache().noteAll();
   }
-  // A geom comes to a slot or leaves it.
-  void noteArrival() {
-    if (stages_) pairFilter().planes().forget();
-  }
+  // A geom leaves its slot.
   void noteDeparture(const dxGeom* geom, Slot slot) {
-    noteArrival();
     complaints_.forget(geom);
     if (events_) events_->removeGeom(slot);
   }
@@ -124,8 +120,8 @@ class Pipeline {
   const Statistics& statistics() const { return statistics_; }
   // What takes the place of the report of dSpaceCollide.
   void setLastStage(std::unique_ptr<LastStage> last_stage) { last_stage_ = std::move(last_stage); }
-  // Sees the pairs of some frames; may be null.
-  void watchPairs(PairWatcher* watcher) { watcher_ = watcher; }
+  // They see the pairs of some frames.
+  void watchPairs(SpaceObservers* watchers) { watchers_ = watchers; }
   // Gives back a part of what is held, but for the devices. No frame uses `lists`.
   static constexpr int parts = 4;
   void release(int part, FrameLists& lists);
@@ -156,7 +152,7 @@ class Pipeline {
   template <class Report>
   std::size_t run(const FrameCall& call, const PairReceiver& receiver, Report report);
   inline FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                  PairWatcher* watcher);
+                                  SpaceObservers* watchers);
   const PairList* findPairs(Frame& frame);
   bool renew(Frame& frame, const PairCache::Update& update);
   Found findAnew(Frame& frame);
@@ -180,7 +176,7 @@ class Pipeline {
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;
-  PairWatcher* watcher_ = nullptr;
+  SpaceObservers* watchers_ = nullptr;
 };
 
 }  // namespace ode_parallel_sap

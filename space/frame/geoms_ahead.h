@@ -8,7 +8,7 @@
 #include "space/base/pair_list.h"
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
-#include "space/frame/stage_clock.h"
+#include "space/frame/statistics.h"
 #include "space/geoms/ode_private.h"
 #include "space/geoms/scene.h"
 

@@ -7,7 +7,6 @@
 
 #include "space/base/box_set.h"
 #include "space/base/pair_list.h"
-#include "space/contacts/certainly_apart.h"
 #include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
@@ -18,15 +17,14 @@ class LastStage {
   struct Pairs {
     const PairList& list;
     const Scene& scene;
-    int threads;           // that the space may use
-    bool leave_apart_out;  // boxes that are certainly apart are not collided
-    const Pair*& limit;    // of reportPairs()
+    int threads;         // that the space may use
+    const Pair*& limit;  // of reportPairs()
   };
   // Pairs that were collided.
   struct Collided {
     std::size_t pairs = 0, contacts = 0;
+    std::size_t apart = 0;  // of the pairs, boxes that were not collided
     int threads = 1;
-    ApartCounts apart;
   };
 
   virtual ~LastStage() = default;

@@ -50,12 +50,7 @@ void PairBlock::handOut(std::size_t first, std::size_t count, const Scene& scene
   pairs.read(first, last, [&](const Pair* begin, const Pair* end) {
     for (const Pair* pair = begin; pair < end; ++pair) {
       dxGeom *const o1 = geoms[earlierOf(*pair)], *const o2 = geoms[laterOf(*pair)];
-      if (o1 && o2) {
-        pairs_[held_++] = {o1, o2};
-      } else {
-        handOut();
-        ++first_;
-      }
+      o1&& o2 ? add(this, o1, o2) : leaveOut(this);
     }
   });
   handOut();

@@ -45,11 +45,8 @@ int Policy::teamFor(std::size_t slots, const Settings& settings) {
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   Plan plan;
   plan.rules = settings.rules;
-  plan.rules.tested_classes = facts.tested_classes;
   plan.threads = teamFor(facts.slots, settings);
   plan.most_threads = threadsFor(settings);
-  const bool by_what_pays = settings.apart == Settings::by_what_pays;
-  plan.leave_apart_out = by_what_pays ? !apart_.waits() : settings.apart != 0;
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
   // callback, which has the pairs.
   plan.use_cache = mechanisms::kept_pairs && !facts.nested &&
@@ -103,17 +100,6 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Found& found
   if (plan.weighs_devices && !facts.last_wide)
     device_choice_.learn(plan.device_decision, std::min(found.devices, DeviceChoice::most_devices),
                          facts.slots, found.pairs, extract_ms);
-}
-
-// Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and
-// saves 460 of dCollide's where they are apart.
-void Policy::learnOfApart(const Plan& plan, const ApartCounts& boxes) {
-  if (!plan.leave_apart_out)
-    apart_.pass();
-  else if (static_cast<double>(boxes.apart) < least_apart_boxes * static_cast<double>(boxes.tested))
-    apart_.failed();
-  else if (boxes.tested > 0)
-    apart_.paid();
 }
 
 int Policy::learnMissedDevices(const SceneFacts& facts, const Settings& settings) {

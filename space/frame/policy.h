@@ -4,8 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "space/base/back_off.h"
-#include "space/contacts/certainly_apart.h"
 #include "space/finders/extraction.h"
 #include "space/frame/device_choice.h"
 #include "space/frame/settings.h"
@@ -18,17 +16,15 @@ struct SceneFacts {
   bool last_wide;  // its boxes were doubles
   bool nested;     // within a callback of this space
   DeviceBackend::Devices devices;
-  UserClassSet tested_classes = all_user_classes;  // whose AABBTest may say no
 };
 
 // What a frame is to do: decided once, when it begins, and not changed after.
 struct Plan {
-  PackRules rules;               // those that the user set
-  int threads = 1;               // of all stages up to the report
-  int most_threads = 1;          // of the narrow phase, or of a report in blocks on all threads
-  bool leave_apart_out = false;  // boxes that are certainly apart are not collided
-  bool fat_pairs = false;        // kept pairs of larger boxes may do, if those hold the boxes
-  bool use_cache = false;        // boxes and pairs of the last frame do where little has changed
+  PackRules rules;         // those that the user set
+  int threads = 1;         // of all stages up to the report
+  int most_threads = 1;    // of the narrow phase, or of a report in blocks on all threads
+  bool fat_pairs = false;  // kept pairs of larger boxes may do, if those hold the boxes
+  bool use_cache = false;  // boxes and pairs of the last frame do where little has changed
   ExtractionPlan extraction;
   // Where extraction may run on devices: what was weighed, and how it came out.
   bool weighs_devices = false;
@@ -47,8 +43,6 @@ class Policy {
 
   // A frame went by `plan`, and its pairs were found anew.
   void learn(const Plan& plan, const SceneFacts& facts, const Found& found, double extract_ms);
-  // Boxes that were tested whether they are apart.
-  void learnOfApart(const Plan& plan, const ApartCounts& boxes);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
@@ -58,7 +52,6 @@ class Policy {
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
 
   DeviceChoice device_choice_;
-  BackOff apart_{4};  // short: to test boxes that touch costs a little each
 };
 
 }  // namespace ode_parallel_sap

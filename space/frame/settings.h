@@ -20,8 +20,6 @@ struct Settings {
   int devices = 0;  // 0: chosen by the space
   bool print_stats = false;
   PackRules rules;
-  static constexpr int by_what_pays = -1;  // fixed: neither of them
-  int apart = by_what_pays;  // 0: what is certainly apart is collided all the same; 1: never
   std::uint64_t axis_lists_bytes = 0;  // the most the method AxisLists may take; 0: its own choice
 };
 

@@ -11,26 +11,12 @@
 
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
-#include "space/frame/stage_clock.h"
 #include "space/geoms/pair_rule.h"
 #include "space/geoms/slots.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// Brings the AABBs of all dirty geoms up to date. Returns their number. `others`: code of the
-// program did it for some. Not inline: the loop needs all registers.
-__attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
-  unsigned moved = 0;
-  for (dxGeom* geom = first; geom; geom = geom->next) {
-    if (!(geom->gflags & GEOM_DIRTY)) continue;
-    ++moved;
-    others = others || needsCallingThread(geom);
-    cleanGeom(geom);
-  }
-  return moved;
-}
 
 // Lists the pairs of geoms whose AABBs overlap, ascending, with vectors of the exact bounds.
 // Returns their number. Not inline, as it would cost the scenes that do without some time.
@@ -196,13 +182,14 @@ __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRul
 // member by member and not copied: a copy waits until words just written have reached the cache.
 inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLists& lists,
                  SmallFound& found) {
-  const bool is_exact = !differs(currentMode(), exactMode());
-  bool others = false;
+  bool is_exact = !differs(currentMode(), exactMode());
   if (!still) {
-    found.counts.moved = clean(scene.first, others);
+    const Cleaned cleaned = cleanOneByOne(scene.first);
+    found.counts.moved = cleaned.moved;
+    is_exact = is_exact && !cleaned.by_others;
     scene.noteClean();
   }
-  if (is_exact && !others) return findAmongClean(scene, rules, still, lists, found);
+  if (is_exact) return findAmongClean(scene, rules, still, lists, found);
   findInExactMode(scene, rules, still, lists, found);
 }
 
@@ -271,11 +258,11 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
   const unsigned long long frame = statistics.frames();
   statistics.noteSmall(found.counts);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  if (report.watcher) {
+  if (report.watchers) {
     for (unsigned i = 0; i < lists.overlaps; ++i)
       if (const PlacePair pair = lists.pairs[i]; !pair.isLeftOut())
-        report.watcher->see(lists.active[pair.earlier()], lists.active[pair.later()]);
-    report.watcher->endPairs();
+        report.watchers->see(lists.active[pair.earlier()], lists.active[pair.later()]);
+    report.watchers->endPairs();
   }
   reportPairs(scene, lists, report.receiver);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own

@@ -13,8 +13,8 @@
 #include "space/frame/without_memory.h"
 #include "space/geoms/geom_tests.h"
 #include "space/geoms/pack_rules.h"
-#include "space/geoms/pair_watcher.h"
 #include "space/geoms/scene.h"
+#include "space/geoms/space_observer.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -62,8 +62,8 @@ struct SmallFound {
 // What is done with the pairs of a small scene.
 struct SmallReport {
   const PairReceiver& receiver;
-  PairEvents* events;    // updated with the pairs; may be 0
-  PairWatcher* watcher;  // sees the pairs; may be 0
+  PairEvents* events;        // updated with the pairs; may be 0
+  SpaceObservers* watchers;  // see the pairs; may be 0
 };
 
 // The same promises as the pipeline's without stages or clocks: for so few geoms those would take

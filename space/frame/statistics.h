@@ -4,13 +4,44 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <mutex>
 
 #include "space/base/buffer.h"
-#include "space/frame/stage_clock.h"
 
 namespace ode_parallel_sap {
+
+// As in the statistics.
+enum class Stage { update, synchronise, extract, filter, events, narrow, report, none };
+
+using Clock = std::chrono::steady_clock;
+
+inline double milliseconds(Clock::time_point begin, Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - begin).count();
+}
+
+// Adds up the time of each stage, from its begin() to the next one.
+class StageClock {
+ public:
+  void begin(Stage stage) {
+    const Clock::time_point now = Clock::now();
+    ms_[static_cast<int>(stage_)] += milliseconds(last_, now);
+    last_ = now;
+    stage_ = stage;
+  }
+  // No stage runs until the next begin().
+  void pause() { begin(Stage::none); }
+  double of(Stage stage) const { return ms_[static_cast<int>(stage)]; }
+  // Up to the last begin().
+  double total() const { return milliseconds(first_, last_); }
+
+ private:
+  const Clock::time_point first_ = Clock::now();
+  Clock::time_point last_ = first_;
+  Stage stage_ = Stage::none;
+  double ms_[static_cast<int>(Stage::none) + 1] = {};
+};
 
 // The counts of a small frame, which has no other statistics but times; so small themselves that
 // they fit registers.
@@ -140,23 +171,18 @@ class Statistics {
   bool timesQueries() const { return sums_ != nullptr; }
   enum QueryBy { ray, geom, other };  // other: no batch does it
   void noteQuery(QueryBy by, double ms) {
-    const std::lock_guard<std::mutex> lock(sums_->queries_mutex);
-    ++sums_->of.queries;
-    sums_->of.ray_queries += by == ray;
-    sums_->of.geom_queries += by == geom;
-    sums_->of.queries_ms += ms;
+    addQueries([=](FrameSums& sums) {
+      ++sums.queries;
+      sums.ray_queries += by == ray;
+      sums.geom_queries += by == geom;
+      sums.queries_ms += ms;
+    });
   }
   void noteRays(std::size_t count, double ms) {
-    if (!sums_) return;
-    const std::lock_guard<std::mutex> lock(sums_->queries_mutex);
-    sums_->of.rays += count;
-    sums_->of.rays_ms += ms;
+    addQueries([=](FrameSums& sums) { sums.rays += count, sums.rays_ms += ms; });
   }
   void noteOverlaps(std::size_t probes, double ms) {
-    if (!sums_) return;
-    const std::lock_guard<std::mutex> lock(sums_->queries_mutex);
-    sums_->of.probes += probes;
-    sums_->of.probes_ms += ms;
+    addQueries([=](FrameSums& sums) { sums.probes += probes, sums.probes_ms += ms; });
   }
 
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
@@ -182,6 +208,13 @@ class Statistics {
     FrameSums of;
     std::mutex queries_mutex;
   };
+
+  template <class Add>
+  void addQueries(Add add) {
+    if (!sums_) return;
+    const std::lock_guard<std::mutex> lock(sums_->queries_mutex);
+    add(sums_->of);
+  }
 
   dParallelSAPStats last() const {
     dParallelSAPStats stats = {};

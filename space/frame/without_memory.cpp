@@ -19,7 +19,7 @@ bool isPair(const PairRule& rule, dxGeom* a, dxGeom* b) {
 dParallelSAPStats updateWithoutMemory(const Scene& scene) {
   FrameCounts counts;
   counts.geoms = static_cast<unsigned>(scene.count);
-  counts.moved = static_cast<unsigned>(cleanOneByOne(scene.first));
+  counts.moved = cleanOneByOne(scene.first).moved;
   scene.noteClean();
   for (const dxGeom* geom = scene.first; geom; geom = geom->next) {
     const bool invalid = isEnabled(geom) && hasNaN(geom);

@@ -32,7 +32,7 @@ SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
   const bool watched =
       rules.notified ? rules.skip_asleep && geom->body && !resting : !resting || geom->body;
   return (watched ? 0 : unwatched_state) | (IS_SPACE(geom) ? space_state : 0) |
-         (hasAABBTest(geom, rules.tested_classes) ? user_class_state : 0);
+         (hasAABBTest(geom) ? user_class_state : 0);
 }
 
 // Unless silent changes are announced, geoms at rest are packed as if enabled and with all bits
@@ -88,9 +88,8 @@ bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state
   if (resting != (boxes.bodies[slot] == resting_number)) return true;
   if (isEnabled(geom) != !(state & disabled_state)) return true;
   if (state & no_box_state || (resting && !rules.notified)) return false;
-  return boxes.bits[slot].category != foldBits(geom->category_bits) ||
-         boxes.bits[slot].collide != foldBits(geom->collide_bits) ||
-         !foldsExactly(geom->category_bits) || !foldsExactly(geom->collide_bits) ||
+  return !areFoldedTo(boxes.bits[slot].category, geom->category_bits) ||
+         !areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) ||
          (!resting && boxes.bodies[slot] != numberOf(geom->body));
 }
 

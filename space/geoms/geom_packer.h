@@ -80,6 +80,10 @@ inline bool foldsExactly(unsigned long bits) {
   const std::uint64_t wide = bits;
   return wide >> 32 == 0 || ~wide >> 31 == 0;
 }
+// Whether these stand for such bits.
+inline bool areFoldedTo(std::uint32_t folded, unsigned long bits) {
+  return static_cast<std::uint32_t>(bits) == folded && foldsExactly(bits);
+}
 
 // Whether a step of floats at one of the bounds is more than a small part of the tolerance, or the
 // bound is beyond all floats.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -11,9 +12,23 @@
 #include "space/base/float_steps.h"
 #include "space/base/floating_point.h"
 #include "space/geoms/ode_private.h"
-#include "space/geoms/user_classes.h"
 
 namespace ode_parallel_sap {
+
+inline bool isUserClass(const dxGeom* geom) {
+  return geom->type >= dFirstUserClass && geom->type <= dLastUserClass;
+}
+
+// The user's classes that the program has declared to have no AABBTest, a bit each: ODE has no
+// function that says which have one.
+inline std::atomic<unsigned> untested_classes{0};
+static_assert(dMaxUserClasses <= 32, "a bit each");
+
+// Whether a geom's AABBTest has to be called. Those of ODE's own classes accept every pair.
+inline bool hasAABBTest(const dxGeom* geom) {
+  return isUserClass(geom) &&
+         !(untested_classes.load(std::memory_order_relaxed) >> (geom->type - dFirstUserClass) & 1);
+}
 
 // Whether other threads may not compute other geoms' AABBs at the same time: where user code runs,
 // where a sub-space cleans its geoms, or where geoms share caches.

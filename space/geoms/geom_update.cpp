@@ -18,11 +18,6 @@ namespace {
 
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
-// Whether 32 bits stand for these, and would if they were packed now.
-bool areFoldedTo(std::uint32_t folded, unsigned long bits) {
-  const std::uint64_t wide = bits;
-  return static_cast<std::uint32_t>(wide) == folded && (wide >> 32 == 0 || ~wide >> 31 == 0);
-}
 // Sees of most geoms that nothing changed unnoticed, and never says so where something did. Not for
 // rules by which geoms rest.
 bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {

@@ -49,6 +49,7 @@ class GeomUpdate {
   const UpdateFacts& facts() const { return facts_; }
   // The tolerance that boxes() allow: none while a box lies too far out for it.
   dReal tolerance() const { return facts_.beyond_tolerance ? 0 : packer_.rules.tolerance; }
+  const SlotState* states() const { return states_.data(); }  // by slot
   BoxSet& boxes() { return boxes_; }
   const BoxSet& boxes() const { return boxes_; }
   std::size_t bytes() const {

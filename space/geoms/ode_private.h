@@ -9,6 +9,7 @@
 #include "collision_kernel.h"
 #include "collision_std.h"
 #include "error.h"
+#include "heightfield.h"
 
 #if !defined(CHECK_NOT_LOCKED)  // forks have it there
 #include "collision_space_internal.h"

@@ -5,10 +5,6 @@
 
 namespace ode_parallel_sap {
 
-// Classes of dCreateGeomClass, a bit each.
-using UserClassSet = unsigned;
-constexpr UserClassSet all_user_classes = ~UserClassSet{0};
-
 struct PackRules {
   bool skip_static = false;  // no pairs of geoms without bodies
   bool skip_asleep = false;  // no pairs whose bodies are all disabled
@@ -16,8 +12,6 @@ struct PackRules {
   bool notified = false;     // what ODE does not tell a space of, the program does
   bool checked = false;      // whether it does is looked at in every frame
   dReal tolerance = 0;       // how far apart boxes of a pair may be
-  // Those whose AABBTest may say no. The user makes them, and a frame's plan says which they are.
-  UserClassSet tested_classes = all_user_classes;
 
   // Whether pairs are left out by what geoms are, which may change unannounced.
   bool skip() const { return skip_static || skip_asleep; }
@@ -33,8 +27,7 @@ struct PackRules {
   bool operator==(const PackRules& other) const {
     return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&
            cull_planes == other.cull_planes && notified == other.notified &&
-           checked == other.checked && tolerance == other.tolerance &&
-           tested_classes == other.tested_classes;
+           checked == other.checked && tolerance == other.tolerance;
   }
   bool operator!=(const PackRules& other) const { return !(*this == other); }
 };

@@ -18,8 +18,9 @@ struct PairFilter::ExactTest {
   bool every_filter;            // the filter bits beside the boxes do not decide
   bool asleep_on_static;        // pairs of a geom asleep and a static one are not wanted
   bool packed_bits_at_rest;     // geoms at rest have their own bits
+  const SlotState* of_planes;   // by slot, unbounded_state where planes are; null: not culled
 
-  bool everyPair() const { return every_filter || asleep_on_static; }
+  bool everyPair() const { return every_filter || asleep_on_static || of_planes; }
   bool atRest(Slot slot) const { return bodies[slot] == resting_number; }
   bool isStatic(Slot slot) const { return bodies[slot] == 0 && !IS_SPACE(geoms[slot]); }
 
@@ -28,8 +29,11 @@ struct PairFilter::ExactTest {
     if (asleep_on_static &&
         ((atRest(earlier) && isStatic(later)) || (isStatic(earlier) && atRest(later))))
       return true;
-    if (!isMarkedBorderline(pair) && !every_filter) return false;
-    const dxGeom *const a = geoms[earlier], *const b = geoms[later];
+    const bool may_be_clear =
+        of_planes && ((of_planes[earlier] | of_planes[later]) & unbounded_state);
+    if (!isMarkedBorderline(pair) && !every_filter && !may_be_clear) return false;
+    dxGeom *const a = geoms[earlier], *const b = geoms[later];
+    if (may_be_clear && areClearByPlane(a, b)) return true;
     // The bits of geoms at rest are a matter of verify(), unless their changes are announced.
     return (isMarkedBorderline(pair) && !boxesOverlap(a, b)) ||
            (every_filter && (packed_bits_at_rest || !(atRest(earlier) || atRest(later))) &&
@@ -59,11 +63,15 @@ std::uint32_t PairFilter::ExactTest::markDropped(Pair* begin, Pair* end) const {
   return dropped;
 }
 
-void PairFilter::dropExcluded(dxGeom* const* geoms, const UpdateFacts& facts,
-                              const PackRules& rules, const BoxSet& boxes, int threads,
-                              PairList& pairs) {
-  const ExactTest test = {geoms, boxes.bodies.data(), !facts.exact_bits,
-                          rules.skip_asleep && !rules.skip_static, rules.notified};
+void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
+                              const PackRules& rules, bool planes, int threads, PairList& pairs) {
+  const UpdateFacts& facts = update.facts();
+  const ExactTest test = {geoms,
+                          update.boxes().bodies.data(),
+                          !facts.exact_bits,
+                          rules.skip_asleep && !rules.skip_static,
+                          rules.notified,
+                          planes && facts.unbounded ? update.states() : nullptr};
   if (test.everyPair()) {
     pairs.borderline.clear();
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)
@@ -94,29 +102,11 @@ Pair* PairFilter::verifyRun(dxGeom* const* geoms, const PackRules& rules, bool u
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;
-    to += rule.isStillPair(a, b) && (!user_classes || passesAABBTests(a, b, rules.tested_classes));
+    to += rule.isStillPair(a, b) && (!user_classes || passesAABBTests(a, b));
   }
   return to;
 }
 
-const PairList& PairFilter::select(dxGeom* const* geoms, const UpdateFacts& facts,
-                                   const PackRules& rules, const BoxSet& boxes, int threads,
-                                   const PairList& candidates, Selected& selected) {
-  selected.added = 0;
-  const bool planes_apart = planesApart(rules);
-  const PairList* others = &candidates;
-  if (needsVerifying(facts, rules)) {
-    PairList& verified = planes_apart ? selected.verified : selected.pairs;
-    verify(geoms, rules, facts.user_classes, threads, candidates, verified);
-    others = &verified;
-  }
-  if (planes_apart)
-    selected.added =
-        planes_.addTo(*others, {geoms, boxes, rules, facts.user_classes}, threads, selected.pairs);
-  return selected.pairs;
-}
-
-// Puts into `verified`, another list, the pairs to be reported.
 void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
                         int threads, const PairList& pairs, PairList& verified) {
   const std::size_t count = pairs.size();

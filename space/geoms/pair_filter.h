@@ -5,44 +5,24 @@
 
 #include "space/base/pair_list.h"
 #include "space/geoms/geom_update.h"
-#include "space/geoms/plane_pairs.h"
 
 namespace ode_parallel_sap {
 
 class PairFilter {
  public:
   // Drops the pairs that ODE's exact formula excludes, AABBTest apart, and those that the rules
-  // leave out and `boxes` could not; the others stay in order, borderline_bit cleared. The geoms
-  // behind all slots in `pairs` are clean and without NaN.
-  void dropExcluded(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
-                    const BoxSet& boxes, int threads, PairList& pairs);
-
-  // Pairs that follow from the candidates of a frame, in lists of their own.
-  struct Selected {
-    PairList pairs;
-    PairList verified;      // those that planes are not in, if planes are found apart
-    std::size_t added = 0;  // pairs of planes
-
-    std::size_t bytes() const { return bytesOf(pairs, verified); }
-  };
-  // Whether pairs differ from candidates: geoms decide in each frame, or planes are found apart.
-  bool mustSelect(const UpdateFacts& facts, const PackRules& rules) const {
-    return needsVerifying(facts, rules) || planesApart(rules);
-  }
-  const PairList& select(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
-                         const BoxSet& boxes, int threads, const PairList& candidates,
-                         Selected& selected);
-  // Pairs of planes are found apart, if the rules say so.
-  PlanePairs& planes() { return planes_; }
-  std::size_t bytes() const { return bytesOf(pieces_to_test_, dropped_, planes_); }
+  // leave out and boxes could not, and with `planes` those that are clear of one; the
+  // others stay in order, borderline_bit cleared. The geoms behind all slots in `pairs` are clean,
+  // and packed by `update`.
+  void dropExcluded(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
+                    bool planes, int threads, PairList& pairs);
+  // Puts into `verified` those of the pairs that their geoms do not rule out in this frame.
+  // `user_classes`: AABBTest functions may.
+  static void verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
+                     const PairList& pairs, PairList& verified);
+  std::size_t bytes() const { return bytesOf(pieces_to_test_, dropped_); }
 
  private:
-  static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
-    return facts.user_classes || rules.verified();
-  }
-  bool planesApart(const PackRules& rules) const { return rules.cull_planes && planes_.any(); }
-  void verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
-              const PairList& pairs, PairList& verified);
   struct ExactTest;
   // What a thread puts aside, and where it is to go.
   struct Piece {
@@ -58,7 +38,6 @@ class PairFilter {
   std::vector<Piece> pieces_;
   std::size_t block_ = 0;                       // pairs of a part
   std::vector<Buffer<std::uint32_t>> dropped_;  // in each block, a list a part
-  PlanePairs planes_;
 };
 
 }  // namespace ode_parallel_sap

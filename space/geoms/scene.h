@@ -22,15 +22,22 @@ struct Scene {
   void noteClean() const { needs_clean.store(false, std::memory_order_release); }
 };
 
-// Brings the AABBs of all dirty geoms up to date, on this thread. Returns their number.
-inline std::size_t cleanOneByOne(dxGeom* first) {
-  std::size_t moved = 0;
+// How many geoms were brought up to date, and whether code of the program did it for some.
+struct Cleaned {
+  unsigned moved = 0;
+  bool by_others = false;
+};
+// Brings the AABBs of all dirty geoms up to date, on this thread. Not inline: the loop needs all
+// registers, and spaces in spaces little of the stack.
+__attribute__((noinline)) inline Cleaned cleanOneByOne(dxGeom* first) {
+  Cleaned cleaned;
   for (dxGeom* geom = first; geom; geom = geom->next) {
     if (!(geom->gflags & GEOM_DIRTY)) continue;
+    ++cleaned.moved;
+    cleaned.by_others = cleaned.by_others || needsCallingThread(geom);
     cleanGeom(geom);
-    ++moved;
   }
-  return moved;
+  return cleaned;
 }
 
 }  // namespace ode_parallel_sap

@@ -15,8 +15,6 @@
 #include <sstream>
 #include <utility>
 
-#include "space/geoms/ode_heightfield.h"
-
 namespace ode_parallel_sap {
 
 namespace {

@@ -125,9 +125,6 @@ Settings settingsFromEnvironment() {
   int grain = 0;
   readCount("ODE_PARALLEL_SAP_TEST_GRAIN", grain);
   if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);
-  // Nor this: 0 collides pairs that are certainly apart, too, 1 tests them where it does not
-  // pay.
-  readCount("ODE_PARALLEL_SAP_TEST_APART", settings.apart);
   chooseInstructionSet();
   return settings;
 }

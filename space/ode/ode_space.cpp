@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "space/base/tuning.h"
-#include "space/frame/stage_clock.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/assertions.h"
 #include "space/geoms/pair_rule.h"
@@ -183,14 +182,10 @@ void ParallelSAPSpace::printTotals() const {
   });
 }
 
-// ODE's own function takes time linear in the index.
+// ODE's own function goes through the list.
 dxGeom* ParallelSAPSpace::getGeom(int index) {
-  try {
-    if (index >= 0 && index < count)
-      return slots_.at(static_cast<std::size_t>(index), static_cast<std::size_t>(count));
-  } catch (const std::bad_alloc&) {
-  }
-  return dxSpace::getGeom(index);
+  if (index < 0 || index >= count) return dxSpace::getGeom(index);
+  return slots_.at(static_cast<std::size_t>(index), static_cast<std::size_t>(count));
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
@@ -200,7 +195,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   require(geom->parent_space == 0, "geom is already in a space", "dSpaceAdd");
   require(!slots_.full(), "too many geoms in a parallel SAP space", "dSpaceAdd");
 
-  if (!isLocked() && slots_.mustClose(count)) closeSlots();
+  if (!isLocked()) closeSlots();
   // All that may throw comes before the geom is known here.
   const Slot slot = slots_.next();
   pipeline_.noteChange(slot);
@@ -212,7 +207,6 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   const ParallelSAPSpace* const own =
       IS_SPACE(geom) ? parallelSAPSpace(static_cast<dxSpace*>(geom)) : nullptr;
   if (own && own->ever_swept_) noteSwept();
-  pipeline_.noteArrival();
   noteMember();
   geom->next = nullptr;
   *tail_ = geom;
@@ -647,12 +641,8 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
     updateAABB(geom);
     if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
   };
-  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_),
-                          getManualCleanup() != 0,
-                          settings_.apart != 0,
-                          call.isGuest(),
-                          any_swept.load(std::memory_order_relaxed),
-                          prepare};
+  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_), getManualCleanup() != 0,
+                          call.isGuest(), any_swept.load(std::memory_order_relaxed), prepare};
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;

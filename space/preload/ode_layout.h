@@ -6,7 +6,7 @@
 #include <cstring>
 #include <memory>
 
-#include "space/geoms/slot_home.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 
@@ -34,7 +34,6 @@ inline const char* misfitOfODE(dxSpace* space) {
   EXPECT(sphere->gflags == (GEOM_DIRTY | GEOM_AABB_BAD | GEOM_ENABLED | GEOM_PLACEABLE));
   EXPECT(sphere->data == nullptr && sphere->body == nullptr && sphere->offset_posr == nullptr);
   EXPECT(sphere->next == nullptr && sphere->tome == nullptr && sphere->parent_space == nullptr);
-  EXPECT(SlotHome::get(sphere) == 0);
   dGeomSetData(sphere, sphere);
   EXPECT(sphere->data == sphere);
   dGeomSetCategoryBits(sphere, 0x12345678ul);

@@ -110,25 +110,20 @@ void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
   shares_.resize(std::max(shares_.size(), static_cast<std::size_t>(team)));
   for (Share& share : shares_) {
     share.contacts.resizeDiscarding(0);
-    share.apart = {};
-    share.pairs = 0;
+    share.pairs = share.apart = 0;
   }
   collided.threads = runChunks(
       precomputing, team, list_.size(), most_apart_pairs,
-      [&](Range range, int thread) {
-        collideChunk(range.begin, range.end, thread, pairs.leave_apart_out);
-      },
-      team);
+      [&](Range range, int thread) { collideChunk(range.begin, range.end, thread); }, team);
   for (const Share& share : shares_) {
     collided.contacts += share.contacts.size();
     collided.pairs += share.pairs;
-    collided.apart.add(share.apart);
+    collided.apart += share.apart;
   }
   last_.precomputed = collided.pairs;
 }
 
-void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int thread,
-                                       bool leave_apart_out) {
+void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int thread) {
   Share& share = shares_[static_cast<std::size_t>(thread)];
   std::uint32_t wanted = 0;
   for (std::size_t place = begin; place < end; ++place) {
@@ -142,11 +137,9 @@ void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int t
     wanted |= std::uint32_t{1} << (place - begin);
     ++share.pairs;
   }
-  if (leave_apart_out) {
-    const ApartBoxes boxes = certainlyApart(&list_[begin], end - begin, wanted);
-    share.apart.add(boxes);
-    wanted &= ~boxes.apart;
-  }
+  const ApartBoxes boxes = certainlyApart(&list_[begin], end - begin, wanted);
+  share.apart += boxes.count();
+  wanted &= ~boxes.apart;
   for (; wanted; wanted &= wanted - 1)
     collidePair(begin + static_cast<std::size_t>(__builtin_ctz(wanted)), thread);
 }

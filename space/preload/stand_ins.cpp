@@ -17,7 +17,7 @@
 
 #include "space/advice/advice.h"
 #include "space/contacts/collider_threads.h"
-#include "space/frame/stage_clock.h"
+#include "space/frame/statistics.h"
 #include "space/geoms/assertions.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_space.h"

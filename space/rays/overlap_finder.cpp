@@ -46,8 +46,7 @@ struct Pass {
       if (lists.blocks[i].thread == nobody) find(i, 0, /*alone=*/true);
     listAll();
     const ContactRequest contacts = {nullptr, request.flags, {}};
-    lists.narrow_phase.run(lists.all.pairs, contacts,
-                           {way.threads, way.manual_cleanup, way.leave_apart_out});
+    lists.narrow_phase.run(lists.all.pairs, contacts, {way.threads, way.manual_cleanup});
   }
 
   void find(std::size_t i, int thread, bool alone) {
@@ -84,8 +83,7 @@ struct Pass {
   // that is left to the calling thread.
   bool add(const dParallelSAPProbe& probe, dxGeom* geom, Slot slot, bool alone, Share& share) {
     if (probe.ignore && geom->body == probe.ignore) return true;
-    const UserClassSet tested = testedClasses();
-    if (hasAABBTest(geom, tested) || hasAABBTest(probe.geom, tested)) {
+    if (hasAABBTest(geom) || hasAABBTest(probe.geom)) {
       if (!alone) return false;
       const ScopedMode programs(programs_mode);
       if (!passesAABBTests(geom, probe.geom)) return true;

@@ -57,7 +57,6 @@ struct OverlapLists {
 struct OverlapWay {
   int threads;          // the most
   bool manual_cleanup;  // the threads leave no data in ODE
-  bool leave_apart_out;
   bool guest;
   bool swept;                            // probes in spaces may have swept bounds
   std::function<void(dxGeom*)> prepare;  // a probe's AABB, on the calling thread

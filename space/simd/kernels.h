@@ -80,28 +80,6 @@ struct RowSpace {
 // Set beside a slot where floats cannot decide.
 constexpr std::uint32_t borderline_slot = std::uint32_t{1} << 31;
 
-// Where normal * x <= distance, and how to compute that safely: `rounding` times the size of the
-// numbers that take part bounds all errors.
-template <class Real>
-struct HalfSpace {
-  Real normal[3];
-  double distance;
-  double rounding;
-};
-
-// What half-space `plane` has to do with the sixteen boxes of `cell`.
-struct HalfSpaceHits {
-  std::uint32_t plane, cell;
-  std::uint16_t maybe;  // boxes that are not surely clear of it
-  std::uint16_t sure;   // of those, boxes that surely reach it
-};
-
-template <class Real>
-struct HalfSpaces {
-  const HalfSpace<Real>* first;
-  std::size_t count;
-};
-
 // Cell i has the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most. A null order
 // stands for 0, 1, 2, ...
 struct CellBoxes {
@@ -162,12 +140,6 @@ struct Kernels {
   // The same for cells without a tree.
   std::size_t (*findInCells)(const Group<Real>* cells, std::size_t count, const Group<Real>& box,
                              std::uint32_t* found);
-  // Meets the boxes [16 begin, 16 end) with some half-spaces. Writes to `hits`, for which
-  // there is room for each cell and half-space, where `maybe` is not empty; returns their number.
-  // Inactive boxes are in none.
-  std::size_t (*meetHalfSpaces)(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
-                                std::size_t end, const HalfSpaces<Real>& planes,
-                                HalfSpaceHits* hits);
   // Bit i: a collider of ODE's that computes with this type certainly finds no contact of pair i,
   // unless CONTACTS_UNIMPORTANT is set. See kernel_box_pairs.h.
   unsigned (*boxesApart)(const BoxPairs<Real>& pairs);

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "space/ode/space_observer.h"
+#include "space/geoms/space_observer.h"
 #include "space/trace/trace_changes.h"
 
 namespace ode_parallel_sap {

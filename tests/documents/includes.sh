@@ -38,7 +38,7 @@ included=$(awk '
   }' "${files[@]}")
 
 # These are named by themselves: ODE has them in its sources, CMake makes one.
-not_ours='space/geoms/ode_(private\.h (collision_kernel|collision_space_internal|collision_std|config|error)|heightfield\.h heightfield)\.h'
+not_ours='space/geoms/ode_private\.h (collision_kernel|collision_space_internal|collision_std|config|error|heightfield)\.h'
 
 while read -r file header; do
   room=${file%/*}

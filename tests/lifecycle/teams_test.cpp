@@ -236,7 +236,7 @@ const Work kWorks[] = {
      {"filter: verified pairs"}},
     {"planes apart",
      framesOf(dParallelSAPMethodSweep, populateWithPlanes, moveAll),
-     {"planes: cells"}},
+     {"planes: geoms"}},
     {"contacts and rays",
      findContactsAndCastRays,
      {"contacts: list of pairs", "contacts: pairs", "contacts: heavy pairs",

@@ -379,7 +379,7 @@ typedef struct dParallelSAPStats {
   double update_ms;                   /* AABBs of the geoms that moved */
   double synchronise_ms;              /* numbering bodies, taking planes out */
   double extract_ms;                  /* finding pairs; up to 120 geoms: all before the report */
-  double filter_ms;                   /* exact test of borderline pairs, AABBTest calls */
+  double filter_ms;                   /* exact tests of pairs, AABBTest calls */
   double narrow_ms;                   /* the contacts of all pairs */
   double report_ms;                   /* the callbacks, with all that they did */
   double total_ms;                    /* the whole call */

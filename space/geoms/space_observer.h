@@ -5,16 +5,22 @@
 #include <utility>
 
 #include "space/geoms/pack_rules.h"
-#include "space/geoms/pair_watcher.h"
 #include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
-class SpaceObserver : public PairWatcher {
+class SpaceObserver {
  public:
+  virtual ~SpaceObserver() = default;
   // Whether it wants the geoms of the frame that begins, within no callback; they are clean then.
   virtual bool wantsScene() { return false; }
   virtual void seeScene(const Scene&, const PackRules&) {}
+  // Whether it wants the pairs of the frame that runs, within no callback.
+  virtual bool isDue() = 0;
+  // One of these pairs. The space is locked.
+  virtual void see(dGeomID a, dGeomID b) = 0;
+  // These were all, of a frame without contacts.
+  virtual void endPairs() {}
   // A frame within no callback is over, its callbacks too. `swept`: the step of swept bounds.
   virtual void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
     (void)geoms, (void)slots, (void)swept;
@@ -31,7 +37,7 @@ class SpaceObserver : public PairWatcher {
 };
 
 // All those of a space.
-class SpaceObservers final : public PairWatcher {
+class SpaceObservers {
  public:
   void add(std::unique_ptr<SpaceObserver> observer) {
     observer->next_ = std::move(first_);
@@ -53,17 +59,17 @@ class SpaceObservers final : public PairWatcher {
   void forEach(See see) const {
     for (SpaceObserver* each = first_.get(); each; each = each->next_.get()) see(*each);
   }
-  bool isDue() override {
+  bool isDue() {
     bool any = false;
     forEach([&](SpaceObserver& each) { any |= each.is_due_ = each.isDue(); });
     return any;
   }
-  void see(dGeomID a, dGeomID b) override {
+  void see(dGeomID a, dGeomID b) {
     forEach([=](SpaceObserver& each) {
       if (each.is_due_) each.see(a, b);
     });
   }
-  void endPairs() override {
+  void endPairs() {
     forEach([](SpaceObserver& each) {
       if (each.is_due_) each.endPairs();
     });
