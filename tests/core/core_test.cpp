@@ -101,6 +101,26 @@ TEST_CASE("Cells that are more than are gathered at a time are met once each") {
   });
 }
 
+TEST_CASE("A row is whole that meets more cells, and is longer, than is met or stored at once") {
+  // Two cells of boxes around all others, which are apart.
+  constexpr Slot large = 17, all = 70000;
+  BoxSet boxes;
+  boxes.size = all;
+  boxes.exact = true;
+  boxes.boxes.resize(all);
+  std::vector<Pair> owed;
+  for (Slot slot = 0; slot < all; ++slot) {
+    const float x = static_cast<float>(slot);
+    boxes.boxes[slot] = {{slot < large ? 0 : x, 0, 0}, {slot < large ? all : x + 0.5f, 1, 1}};
+    for (Slot later = slot + 1; slot < large && later < all; ++later)
+      owed.push_back(makePair(slot, later));
+  }
+  Sweep<float> sweep;
+  PairList list;
+  const bool whole = found(sweep, boxes, 2, list) == owed;  // not all of them in a message
+  REQUIRE(whole);
+}
+
 TEST_CASE("Clusters that no key tells apart are still cut into cells") {
   // Exponentially nested clusters: each a millionth of the last one's size.
   const std::uint64_t seed = sap_test::seedOr(1);
