@@ -121,6 +121,26 @@ TEST_CASE("A row is whole that meets more cells, and is longer, than is met or s
   REQUIRE(whole);
 }
 
+TEST_CASE("The only borderline pair of all is noted wherever it stands in its row") {
+  constexpr Slot all = 20;
+  BoxSet boxes;
+  boxes.size = all;
+  boxes.boxes.resize(all);
+  const KernelSet& best = kernelSet();
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set)
+    for (Slot touching = 1; touching < all; ++touching) {
+      INFO((*set)->name << ", place " << touching);
+      chooseKernelSet(**set);
+      for (Slot slot = 0; slot < all; ++slot)
+        boxes.boxes[slot] = {{slot == touching ? 1.0f : 0, 0, 0}, {slot == 0 ? 1.0f : 2, 1, 1}};
+      Sweep<float> sweep;
+      PairList list;
+      REQUIRE(isMarkedBorderline(found(sweep, boxes, 1, list)[touching - 1]));
+      checkBorderlineSegments(list, false);
+    }
+  chooseKernelSet(best);
+}
+
 TEST_CASE("Clusters that no key tells apart are still cut into cells") {
   // Exponentially nested clusters: each a millionth of the last one's size.
   const std::uint64_t seed = sap_test::seedOr(1);
