@@ -231,6 +231,29 @@ TEST_CASE("A thread may ask within a callback of a frame in which a sub-space ha
   }
 }
 
+TEST_CASE("A second thread asks no tree that the first one left as it was", "[guests]") {
+  const Space space;
+  for (int i = 0; i < 200; ++i) dCreateSphere(space, 1);
+  struct Ask {
+    dGeomID space, probe;
+    std::size_t found;
+  } ask = {space.geom(), dCreateSphere(nullptr, 10), 0};
+  for (int i = 0; i < 20; ++i) collide2(ask.space, ask.probe);
+  // Single queries after great changes, for which the tree is not brought up to date.
+  for (int round = 1; round < 4; ++round) {
+    for (int i = 0; i < 200; ++i)
+      dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(100 * round), 0, 0);
+    dGeomSetPosition(ask.probe, static_cast<dReal>(100 * round), 0, 0);
+    ask.found = 0;
+    dSpaceCollide2(ask.space, ask.probe, &ask, [](void* data, dGeomID, dGeomID) {
+      Ask& own = *static_cast<Ask*>(data);
+      if (!own.found) together(1, [&](int) { own.found = collide2(own.space, own.probe).size(); });
+    });
+    CHECK(ask.found == 200);
+  }
+  dGeomDestroy(ask.probe);
+}
+
 #ifdef NDEBUG  // an assertion in debug builds
 TEST_CASE("A second thread that changes the space is reported once", "[guests]") {
   const Space space;
