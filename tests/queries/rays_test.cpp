@@ -204,6 +204,21 @@ TEST_CASE("Rays that graze their geoms from far away hit what rounding lets dCol
   CHECK(beyond > 20);
 }
 
+TEST_CASE("A kept box whose matrix is a rotation no more is hit where its collider hits it",
+          "[rays]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(300, 1));
+  const dGeomID box = world.geoms()[7];
+  const dReal* const at = dGeomGetPosition(box);
+  // Past its AABB by more than errors of rounding.
+  const Rays rays(20, rayOf({at[0] - 3, at[1] - 2.4, at[2]}, {1, 1, 0}, 8));
+  REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+  const dMatrix3 quarter = {0.25, 0, 0, 0, 0, 0.25, 0, 0, 0, 0, 0.25, 0};
+  dGeomSetRotation(box, quarter);
+  REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+}
+
 TEST_CASE("Rays in scenes of any size and place hit what a loop over dCollide hits", "[rays]") {
   const std::uint64_t seed = seedOr(431);
   for (const double size : {1e-310, 1e-160, 1e-40, 1e-6, 1e6, 1e14, 1e20, 1e40, 1e100})
