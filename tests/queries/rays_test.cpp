@@ -296,6 +296,20 @@ TEST_CASE("Rays see the geoms of large spaces within the space, as these change"
   }
 }
 
+TEST_CASE("Rays through a large space within the space leave it its tree", "[rays]") {
+  const Space space;
+  const dSpaceID large = dParallelSAPSpaceCreate(space);
+  for (int i = 0; i < 400; ++i)
+    dGeomSetPosition(dCreateSphere(large, 1), static_cast<dReal>(i), 0, 0);
+  const Rays rays(20, rayOf({30, 0, 5}, {0, 0, -1}, 10));
+  for (int frame = 0; frame < 4; ++frame) {
+    REQUIRE(hitsOf(nearestHits(space, rays, 0)) == rays.size());
+    dGeomSetPosition(dSpaceGetGeom(large, 7), 7, static_cast<dReal>(0.1 * frame), 0);
+    collide(large);
+    CHECK((statsOf(large).kept > 0) == (frame > 0));
+  }
+}
+
 TEST_CASE("Rays and probes do not go through all geoms of a large space within the space",
           "[rays]") {
   // The least times of several, for each ray or probe, with as many geoms in the space itself.
