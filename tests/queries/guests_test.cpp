@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -252,6 +254,31 @@ TEST_CASE("A second thread asks no tree that the first one left as it was", "[gu
     CHECK(ask.found == 200);
   }
   dGeomDestroy(ask.probe);
+}
+
+TEST_CASE("A thread that asks while another one brings geoms up to date waits for it", "[guests]") {
+  static dGeomID asked, probe;
+  static std::thread second;
+  static std::size_t found;
+  const Space space;
+  asked = space.geom();
+  probe = createUserBox(nullptr, {10, 11, 0, 1, 0, 1});
+  const dGeomID moved = createUserBox(space, {0, 1, 0, 1, 0, 1});
+  CHECK(collide2(asked, probe).empty());
+  setUserBounds(moved, {10, 11, 0, 1, 0, 1});
+  setUserBoundsObserver([] {
+    if (second.joinable()) return;
+    second = std::thread([] {
+      if (dAllocateODEDataForThread(dAllocateMaskAll)) found = collide2(asked, probe).size();
+      dCleanupODEAllDataForThread();
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  });
+  CHECK(collide2(asked, probe).size() == 1);
+  second.join();
+  setUserBoundsObserver(nullptr);
+  CHECK(found == 1);
+  dGeomDestroy(probe);
 }
 
 #ifdef NDEBUG  // an assertion in debug builds
