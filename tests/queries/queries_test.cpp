@@ -295,3 +295,14 @@ TEST_CASE("A geom that moved before others went and came is found where it is", 
   const Pairs got = collide2(space, probe);
   CHECK(difference(got, {{number(moved), kProbeNumber}}) == "");
 }
+
+TEST_CASE("Geoms that are too many for one thread are found where they have moved", "[queries]") {
+  const Space space;
+  for (int i = 0; i < 20000; ++i)
+    dGeomSetPosition(dCreateSphere(space, 1), static_cast<dReal>(3 * i), 0, 0);
+  const Probe probe(dCreateSphere(nullptr, 1));
+  for (int i = 0; i < 20; ++i) CHECK(collide2(space, probe).size() == 1);
+  for (int i = 0; i < 4900; ++i)
+    dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(3 * i), 100, 0);
+  CHECK(collide2(space, probe).empty());
+}
