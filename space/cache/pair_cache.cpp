@@ -9,8 +9,8 @@
 
 namespace ode_parallel_sap {
 
-void PairCache::beginFrame(bool nested) {
-  if (!complete_ || nested) running_ = false;
+void PairCache::beginFrame() {
+  if (!complete_) running_ = false;
   complete_ = false;
 }
 

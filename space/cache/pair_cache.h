@@ -52,7 +52,7 @@ class PairCache {
 
   // Frames within a callback use the boxes, too, and one that throws leaves them as they are: then
   // nothing is kept.
-  void beginFrame(bool nested);
+  void beginFrame();
   void endFrame() { complete_ = true; }
   // The pairs of a frame that was found anew are complete.
   void start(std::size_t slots);

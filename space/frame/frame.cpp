@@ -144,7 +144,7 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   frame.stats.geoms = call.scene.count;
   frame.stats.backend = dParallelSAPBackendCPU;
   if (!stages_ || !made(call.lists.large)) throw std::bad_alloc();
-  cache().beginFrame(call.scene.nested);
+  cache().beginFrame();
 
   frame.clock.begin(Stage::update);
   PairCache::Update update;

@@ -190,13 +190,9 @@ void GeomUpdate::numberBodies(dxGeom* const* geoms) {
   }
 }
 
-void GeomUpdate::noteExactBoxes() {
-  boxes_.exact = facts_.exact_boxes || boxes_.wide;
-}
-
 const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms) {
   if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms);
-  noteExactBoxes();
+  boxes_.exact = facts_.exact_boxes || boxes_.wide;
   boxes_.filter_bits = facts_.filter_bits;
   boxes_.filter_bodies = facts_.filter_bodies;
   return facts_;
@@ -316,7 +312,6 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
 bool GeomUpdate::takeOver(const UpdateFacts& packed) {
   facts_.newly_invalid.clear();
   facts_.add(packed);
-  noteExactBoxes();
   return packed.exact_bits && packed.exact_bodies && (boxes_.filter_bits || !packed.filter_bits) &&
          (boxes_.filter_bodies || !packed.filter_bodies) &&
          (boxes_.wide || !coarse_boxes_.areManyMore(static_cast<std::size_t>(facts_.coarse)));

@@ -76,7 +76,6 @@ class GeomUpdate {
   void numberBodies(dxGeom* const* geoms);
   void watchAll();
   void resizeTo(std::size_t slots);
-  void noteExactBoxes();
   bool takeOver(const UpdateFacts& packed);
   void listSlots(const SlotSet& set, std::size_t slots);
 

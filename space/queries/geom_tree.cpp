@@ -147,7 +147,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
         const Slot slot = slotAt(i);
         const dxGeom* const geom = geomAt(geoms, slot);
         bool coarse;
-        if (!geom || !hasBoundedHits(geom) || of[other].holds(slot) ||
+        if (!geom || !hasBoundedHits(geom) ||
             !of[bounded].moveWithin(slot, boxOf<Real>(geom, coarse)))
           apart[thread].push_back(slot);
       }

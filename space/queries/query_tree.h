@@ -33,7 +33,6 @@ class QueryTree {
     return place < cells() * group_size &&
            trees_.moveWithin(place / group_size, place % group_size, box);
   }
-  bool holds(Slot slot) const { return placeOf(slot) != nowhere; }
   // Asks for what these change.
   void prefetchPlace(Slot slot) const {
     if (placeOf(slot) < cells() * group_size) trees_.prefetchCell(placeOf(slot) / group_size);

@@ -101,6 +101,46 @@ TEST_CASE("Cells that are more than are gathered at a time are met once each") {
   });
 }
 
+TEST_CASE("A row is whole that meets more cells, and is longer, than is met or stored at once") {
+  // Two cells of boxes around all others, which are apart.
+  constexpr Slot large = 17, all = 70000;
+  BoxSet boxes;
+  boxes.size = all;
+  boxes.exact = true;
+  boxes.boxes.resize(all);
+  std::vector<Pair> owed;
+  for (Slot slot = 0; slot < all; ++slot) {
+    const float x = static_cast<float>(slot);
+    boxes.boxes[slot] = {{slot < large ? 0 : x, 0, 0}, {slot < large ? all : x + 0.5f, 1, 1}};
+    for (Slot later = slot + 1; slot < large && later < all; ++later)
+      owed.push_back(makePair(slot, later));
+  }
+  Sweep<float> sweep;
+  PairList list;
+  const bool whole = found(sweep, boxes, 2, list) == owed;  // not all of them in a message
+  REQUIRE(whole);
+}
+
+TEST_CASE("The only borderline pair of all is noted wherever it stands in its row") {
+  constexpr Slot all = 20;
+  BoxSet boxes;
+  boxes.size = all;
+  boxes.boxes.resize(all);
+  const KernelSet& best = kernelSet();
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set)
+    for (Slot touching = 1; touching < all; ++touching) {
+      INFO((*set)->name << ", place " << touching);
+      chooseKernelSet(**set);
+      for (Slot slot = 0; slot < all; ++slot)
+        boxes.boxes[slot] = {{slot == touching ? 1.0f : 0, 0, 0}, {slot == 0 ? 1.0f : 2, 1, 1}};
+      Sweep<float> sweep;
+      PairList list;
+      REQUIRE(isMarkedBorderline(found(sweep, boxes, 1, list)[touching - 1]));
+      checkBorderlineSegments(list, false);
+    }
+  chooseKernelSet(best);
+}
+
 TEST_CASE("Clusters that no key tells apart are still cut into cells") {
   // Exponentially nested clusters: each a millionth of the last one's size.
   const std::uint64_t seed = sap_test::seedOr(1);
@@ -147,14 +187,14 @@ TEST_CASE("Radix sort agrees with a stable sort, for any count and digits") {
 TEST_CASE("Bounds become the nearest floats that are finite, in their order, whatever their bits") {
   sap_test::Random random(sap_test::seedOr(1));
   const double infinity = std::numeric_limits<double>::infinity();
-  const double special[] = {0.0,   -0.0,     1e-310,    -1e-310, 1e-45, 3.4028234e38, 3.5e38,
-                            1e300, infinity, -infinity, 1.0,     -1.0,  16777217.0};
   constexpr float most = std::numeric_limits<float>::max();
+  const double special[] = {0.0,   -0.0,     1e-310,    -1e-310, 1e-45, most,      3.5e38,
+                            1e300, infinity, -infinity, 1.0,     -1.0,  16777217.0};
   for (int round = 0; round < sap_test::scaled(200000); ++round) {
     double bounds[6];
     for (double& bound : bounds) {
       const std::uint64_t bits = random.bits();
-      if (bits % 4 == 0)
+      if (bits % 4)
         bound = special[bits / 4 % (sizeof special / sizeof *special)];
       else
         std::memcpy(&bound, &bits, sizeof bound);

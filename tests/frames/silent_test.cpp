@@ -125,6 +125,17 @@ TEST_CASE("A mesh with other triangles pairs where these are, in whatever space 
       }
 }
 
+TEST_CASE("A space that is the geom of a query brings its meshes up to date first", "[silent]") {
+  const Triangles triangles;
+  const Space space, other;
+  dSpaceSetSublevel(space, 1);  // so that its geoms meet the other space as one geom
+  dGeomSetPosition(dCreateBox(space, 2, 2, 2), static_cast<dReal>(xOf(1)), 0, 0);
+  const dGeomID mesh = triangles.create(other, 0);
+  CHECK(collide2(space, other.geom()).empty());
+  dGeomTriMeshSetData(mesh, triangles.at(1));
+  CHECK(collide2(space, other.geom()).size() == 1);
+}
+
 TEST_CASE("Spaces are asked for the meshes they hold as these come and go", "[silent]") {
   const std::uint64_t seed = seedOr(301);
   INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);

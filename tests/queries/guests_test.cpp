@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -229,6 +231,54 @@ TEST_CASE("A thread may ask within a callback of a frame in which a sub-space ha
     CHECK(messages.all().empty());
     dGeomDestroy(ask.probe);
   }
+}
+
+TEST_CASE("A second thread asks no tree that the first one left as it was", "[guests]") {
+  const Space space;
+  for (int i = 0; i < 200; ++i) dCreateSphere(space, 1);
+  struct Ask {
+    dGeomID space, probe;
+    std::size_t found;
+  } ask = {space.geom(), dCreateSphere(nullptr, 10), 0};
+  for (int i = 0; i < 20; ++i) collide2(ask.space, ask.probe);
+  // Single queries after great changes, for which the tree is not brought up to date.
+  for (int round = 1; round < 4; ++round) {
+    for (int i = 0; i < 200; ++i)
+      dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(100 * round), 0, 0);
+    dGeomSetPosition(ask.probe, static_cast<dReal>(100 * round), 0, 0);
+    ask.found = 0;
+    dSpaceCollide2(ask.space, ask.probe, &ask, [](void* data, dGeomID, dGeomID) {
+      Ask& own = *static_cast<Ask*>(data);
+      if (!own.found) together(1, [&](int) { own.found = collide2(own.space, own.probe).size(); });
+    });
+    CHECK(ask.found == 200);
+  }
+  dGeomDestroy(ask.probe);
+}
+
+TEST_CASE("A thread that asks while another one brings geoms up to date waits for it", "[guests]") {
+  static dGeomID asked, probe;
+  static std::thread second;
+  static std::size_t found;
+  const Space space;
+  asked = space.geom();
+  probe = createUserBox(nullptr, {10, 11, 0, 1, 0, 1});
+  const dGeomID moved = createUserBox(space, {0, 1, 0, 1, 0, 1});
+  CHECK(collide2(asked, probe).empty());
+  setUserBounds(moved, {10, 11, 0, 1, 0, 1});
+  setUserBoundsObserver([] {
+    if (second.joinable()) return;
+    second = std::thread([] {
+      if (dAllocateODEDataForThread(dAllocateMaskAll)) found = collide2(asked, probe).size();
+      dCleanupODEAllDataForThread();
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  });
+  CHECK(collide2(asked, probe).size() == 1);
+  second.join();
+  setUserBoundsObserver(nullptr);
+  CHECK(found == 1);
+  dGeomDestroy(probe);
 }
 
 #ifdef NDEBUG  // an assertion in debug builds

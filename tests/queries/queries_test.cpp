@@ -278,19 +278,31 @@ TEST_CASE("A geom that moved before others went and came is found where it is", 
     const dReal at = static_cast<dReal>(3 * i);
     world.take(createUserBox(space, {at, at + 1, 0, 1, 0, 1}));
   }
-  collide(space);
-  const dGeomID moved = world.geoms()[50];
-  setUserBounds(moved, {-10, -9, 0, 1, 0, 1});
+  const Probe probe(createUserBox(nullptr, {-10, -9, 0, 1, 0, 1}));
+  for (int i = 0; i < 20; ++i) CHECK(collide2(space, probe).empty());
   // The first one and so many others that the space numbers those that are left anew when one more
-  // comes; none of the numbers around the moved one's is free before.
+  // comes; none of the numbers around the moved one's is free before. The tree knows who left.
   const std::vector<dGeomID> all = world.geoms();
   for (std::size_t i = 0; i < 199; ++i) {
     if (i > 0 && i < 99) continue;
     world.remove(all[i]);
     dGeomDestroy(all[i]);
+    CHECK(collide2(space, probe).empty());
   }
+  const dGeomID moved = all[50];
+  setUserBounds(moved, {-10, -9, 0, 1, 0, 1});
   world.take(createUserBox(space, {-20, -19, 0, 1, 0, 1}));
-  const Probe probe(createUserBox(nullptr, {-10, -9, 0, 1, 0, 1}));
   const Pairs got = collide2(space, probe);
   CHECK(difference(got, {{number(moved), kProbeNumber}}) == "");
+}
+
+TEST_CASE("Geoms that are too many for one thread are found where they have moved", "[queries]") {
+  const Space space;
+  for (int i = 0; i < 20000; ++i)
+    dGeomSetPosition(dCreateSphere(space, 1), static_cast<dReal>(3 * i), 0, 0);
+  const Probe probe(dCreateSphere(nullptr, 1));
+  for (int i = 0; i < 20; ++i) CHECK(collide2(space, probe).size() == 1);
+  for (int i = 0; i < 4900; ++i)
+    dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(3 * i), 100, 0);
+  CHECK(collide2(space, probe).empty());
 }

@@ -204,6 +204,21 @@ TEST_CASE("Rays that graze their geoms from far away hit what rounding lets dCol
   CHECK(beyond > 20);
 }
 
+TEST_CASE("A kept box whose matrix is a rotation no more is hit where its collider hits it",
+          "[rays]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(300, 1));
+  const dGeomID box = world.geoms()[7];
+  const dReal* const at = dGeomGetPosition(box);
+  // Past its AABB by more than errors of rounding.
+  const Rays rays(20, rayOf({at[0] - 3, at[1] - 2.4, at[2]}, {1, 1, 0}, 8));
+  REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+  const dMatrix3 quarter = {0.25, 0, 0, 0, 0, 0.25, 0, 0, 0, 0, 0.25, 0};
+  dGeomSetRotation(box, quarter);
+  REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+}
+
 TEST_CASE("Rays in scenes of any size and place hit what a loop over dCollide hits", "[rays]") {
   const std::uint64_t seed = seedOr(431);
   for (const double size : {1e-310, 1e-160, 1e-40, 1e-6, 1e6, 1e14, 1e20, 1e40, 1e100})
@@ -279,6 +294,32 @@ TEST_CASE("Rays see the geoms of large spaces within the space, as these change"
       }
     }
   }
+}
+
+TEST_CASE("Rays through a large space within the space leave it its tree", "[rays]") {
+  const Space space;
+  const dSpaceID large = dParallelSAPSpaceCreate(space);
+  for (int i = 0; i < 400; ++i)
+    dGeomSetPosition(dCreateSphere(large, 1), static_cast<dReal>(i), 0, 0);
+  const Rays rays(20, rayOf({30, 0, 5}, {0, 0, -1}, 10));
+  for (int frame = 0; frame < 4; ++frame) {
+    REQUIRE(hitsOf(nearestHits(space, rays, 0)) == rays.size());
+    dGeomSetPosition(dSpaceGetGeom(large, 7), 7, static_cast<dReal>(0.1 * frame), 0);
+    collide(large);
+    CHECK((statsOf(large).kept > 0) == (frame > 0));
+  }
+}
+
+TEST_CASE("A large space that left is not met where another one is", "[rays]") {
+  const Space space, elsewhere;
+  const dSpaceID small = dParallelSAPSpaceCreate(space), large = dParallelSAPSpaceCreate(space);
+  const dGeomID sphere = dCreateSphere(small, 1);
+  for (int i = 0; i < 400; ++i) dCreateSphere(large, 2);
+  const Rays rays(20, rayOf({0, 0, 5}, {0, 0, -1}, 10));
+  CHECK(nearestHits(space, rays, 0)[0].geom == dSpaceGetGeom(large, 0));
+  dSpaceRemove(space, asGeom(large));
+  dSpaceAdd(elsewhere, asGeom(large));  // in the place that the small one has
+  CHECK(nearestHits(space, rays, 0)[0].geom == sphere);
 }
 
 TEST_CASE("Rays and probes do not go through all geoms of a large space within the space",
