@@ -35,13 +35,6 @@ class Slots {
   const Buffer<dxGeom*>& geoms() const { return geoms_; }
   std::size_t size() const { return geoms_.size(); }
   bool full() const { return size() >= most; }
-  // The geom that so many of all `count` geoms precede.
-  dxGeom* at(std::size_t index, std::size_t count) const {
-    if (size() == count) return geoms_[index];
-    std::size_t slot = 0;
-    for (; index || !geoms_[slot]; ++slot) index -= geoms_[slot] != nullptr;
-    return geoms_[slot];
-  }
 
   // The slot of the next geom that is added.
   Slot next() const { return static_cast<Slot>(size()); }

@@ -182,10 +182,10 @@ void ParallelSAPSpace::printTotals() const {
   });
 }
 
-// ODE's own function goes through the list.
+// ODE's own function goes through the list, unless the geom after the last one is asked for.
 dxGeom* ParallelSAPSpace::getGeom(int index) {
-  if (index < 0 || index >= count) return dxSpace::getGeom(index);
-  return slots_.at(static_cast<std::size_t>(index), static_cast<std::size_t>(count));
+  const bool by_slot = index >= 0 && index < count && slots_.size() == std::size_t(count);
+  return by_slot ? slots_.geoms()[index] : dxSpace::getGeom(index);
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
