@@ -1,7 +1,8 @@
 #include "space/geoms/pair_filter.h"
 
 #include <algorithm>
-#include <cstring>
+#include <atomic>
+#include <utility>
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
@@ -75,11 +76,12 @@ void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
   if (test.everyPair()) {
     pairs.borderline.clear();
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)
-      pairs.borderline.push_back({part, 0, pairs.parts[part].size()});
+      for (std::size_t begin = 0, end; begin < pairs.parts[part].size(); begin = end) {
+        end = std::min(begin + chunk_pairs, pairs.parts[part].size());
+        pairs.borderline.push_back({part, begin, end});
+      }
   }
-  if (!testSegments(test, threads, pairs)) return;
-  for (std::size_t i = 0; i < pairs.parts.size(); ++i)
-    closeGaps(threads, pairs.parts[i], dropped_[i]);
+  if (testSegments(test, threads, pairs)) closeGaps(threads, pairs);
 }
 
 // Copies the pairs that their geoms do not rule out; returns the end of the copy. `user_classes`:
@@ -124,75 +126,45 @@ void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_
   });
 }
 
-// Segments are cut at the ends of blocks, so that what threads take as they come is of like size.
-// Counts what was dropped in each block; false if there was nothing to test.
-bool PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
+// Returns how many pairs are dropped.
+std::size_t PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
   std::size_t count = 0;
   for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
-  if (count == 0) return false;
-  block_ = chunkOf(count, chunk_pairs, threads);
-  if (dropped_.size() < pairs.parts.size()) dropped_.resize(pairs.parts.size());
-  for (std::size_t i = 0; i < pairs.parts.size(); ++i) {
-    dropped_[i].resizeDiscarding((pairs.parts[i].size() + block_ - 1) / block_);
-    std::fill(dropped_[i].begin(), dropped_[i].end(), 0);
-  }
-  pieces_to_test_.clear();
-  for (const PairList::Segment& segment : pairs.borderline)
-    for (std::size_t begin = segment.begin, end; begin < segment.end; begin = end) {
-      end = std::min((begin / block_ + 1) * block_, segment.end);
-      pieces_to_test_.push_back({segment.part, begin, end});
-    }
-  const std::size_t pieces = pieces_to_test_.size();
+  if (count == 0) return 0;
+  const std::size_t segments = pairs.borderline.size();
   const int team = teamFor(count, grains::geom_tests, threads);
+  const std::size_t pairs_at_once = chunkOf(count, chunk_pairs, threads);
+  const std::size_t chunk = std::max<std::size_t>(segments * pairs_at_once / count, 1);
+  std::atomic<std::size_t> dropped{0};
   const ScopedMode mode(exactMode());
-  const std::size_t chunk = std::max<std::size_t>(pieces * block_ / count, 1);
-  runChunks(testing, team, pieces, chunk, [&](const Range& range, int) {
+  runChunks(testing, team, segments, chunk, [&](const Range& range, int) {
+    std::size_t own = 0;
     for (std::size_t i = range.begin; i < range.end; ++i) {
-      const PairList::Segment& piece = pieces_to_test_[i];
-      Pair* const part = pairs.parts[piece.part].data();
-      if (const std::uint32_t dropped = test.markDropped(part + piece.begin, part + piece.end))
-        addShared(dropped_[piece.part][piece.begin / block_], dropped);
+      const PairList::Segment& segment = pairs.borderline[i];
+      Pair* const part = pairs.parts[segment.part].data();
+      own += test.markDropped(part + segment.begin, part + segment.end);
     }
+    dropped += own;
   });
-  return true;
+  return dropped;
 }
 
-// Takes the dropped pairs out, of which there are so many in each block. Each thread moves its
-// blocks to where they belong; the first of these pairs, which land ahead of the blocks, are put
-// aside until all have moved.
-void PairFilter::closeGaps(int threads, Buffer<Pair>& part, Buffer<std::uint32_t>& dropped) {
-  const std::size_t count = part.size();
-  std::size_t all = 0;
-  for (const std::uint32_t of_block : dropped) all += of_block;
-  if (all == 0) return;
+// Takes the dropped pairs out: each thread copies the others of its share to a part of its own.
+void PairFilter::closeGaps(int threads, PairList& pairs) {
+  const std::size_t count = pairs.size();
   const int most = teamFor(count, grains::passed_pairs, threads);
-  pieces_.assign(static_cast<std::size_t>(most), Piece());
+  closed_.clear(static_cast<std::size_t>(most));
   runTeam(closing, most, [&](int thread, int team) {
-    const Range own = ownPart(dropped.size(), thread, team);
-    std::size_t ahead = 0;
-    for (std::size_t block = 0; block < own.begin; ++block) ahead += dropped[block];
-    Pair* to = part.data() + own.begin * block_;
-    Piece& piece = pieces_[thread];
-    piece.to = to - ahead;
-    const auto move = [&](Pair* begin, Pair* end) {
-      Pair* const rest = begin + std::min<std::size_t>(end - begin, ahead - piece.head.size());
-      piece.head.insert(piece.head.end(), begin, rest);
-      if (rest != to) std::memmove(to, rest, (end - rest) * sizeof(Pair));
-      to += end - rest;
-    };
-    for (std::size_t block = own.begin; block < own.end; ++block) {
-      Pair* begin = part.data() + block * block_;
-      Pair* const end = part.data() + std::min((block + 1) * block_, count);
-      for (std::uint32_t left = dropped[block]; left; --left) {
-        Pair* const gap = std::find(begin, end, dropped_pair);
-        move(begin, gap);
-        begin = gap + 1;
-      }
-      move(begin, end);
-    }
+    const Range own = ownPart(count, thread, team);
+    Buffer<Pair>& part = closed_.parts[static_cast<std::size_t>(thread)];
+    part.resizeDiscarding(own.end - own.begin);
+    Pair* to = part.data();
+    PairCursor(pairs).read(own.begin, own.end, [&](const Pair* begin, const Pair* end) {
+      to = std::remove_copy(begin, end, to, dropped_pair);
+    });
+    part.resize(static_cast<std::size_t>(to - part.data()));
   });
-  for (const Piece& piece : pieces_) std::copy(piece.head.begin(), piece.head.end(), piece.to);
-  part.resize(count - all);
+  std::swap(pairs, closed_);
 }
 
 }  // namespace ode_parallel_sap
