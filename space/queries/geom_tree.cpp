@@ -54,7 +54,7 @@ using RealOf = typename std::remove_reference_t<Tree>::RealType;
 
 // Returns how many boxes floats make clearly larger.
 template <class Real>
-std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads) {
+std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads, BoxSet (&boxes)[kinds]) {
   for (BoxSet& set : boxes) set.wide = sizeof(Real) > sizeof(float);
   Buffer<BasicBox<Real>>& all = boxBufferOf<Real>(boxes[bounded]);
   all.resizeDiscarding(boxes[bounded].size = geoms.size());
@@ -89,27 +89,17 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads) {
 
 void GeomTree::Tree::build(const Geoms& geoms, int threads) {
   built = false;
+  BoxSet boxes[kinds];
   // A small part of them will do as floats.
-  is_wide = pack<float>(geoms, threads) > geoms.size() / 8 && sizeof(dReal) > sizeof(float);
-  if (is_wide) pack<double>(geoms, threads);
-  for (int kind = 0; kind < kinds; ++kind) {
-    if (is_wide) {
-      boxes[kind].boxes.release();
+  is_wide = pack<float>(geoms, threads, boxes) > geoms.size() / 8 && sizeof(dReal) > sizeof(float);
+  if (is_wide) pack<double>(geoms, threads, boxes);
+  for (int kind = 0; kind < kinds; ++kind)
+    if (is_wide)
       narrow[kind] = {};
-    } else {
-      boxes[kind].wide_boxes.release();
+    else
       wide[kind] = {};
-    }
-  }
-  // Of use again where building comes again.
-  const bool first = ++builds == 1;
   withTrees([&](auto& of) {
-    for (int kind = 0; kind < kinds; ++kind) {
-      of[kind].build(boxes[kind], threads);
-      if (!first) continue;
-      of[kind].releaseScratch();
-      boxes[kind] = BoxSet();
-    }
+    for (int kind = 0; kind < kinds; ++kind) of[kind].build(boxes[kind], threads);
   });
   setUpToDate(geoms.size());
   built = true;
