@@ -28,21 +28,11 @@ inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real
   return sixteenOf(boxes).overlapping(box, lane);
 }
 
-// The slot of sixteen that comes before all others.
-template <class Real, class Before>
-inline std::uint32_t slotOf(const Group<Real>& boxes, Before before) {
-  std::uint32_t first = boxes.slot[0];
-  for (int lane = 1; lane < group_size; ++lane)
-    first = before(boxes.slot[lane], first) ? boxes.slot[lane] : first;
-  return first;
-}
-template <class Real>
-inline std::uint32_t leastSlot(const Group<Real>& boxes) {
-  return slotOf(boxes, [](std::uint32_t a, std::uint32_t b) { return a < b; });
-}
 template <class Real>
 inline std::uint32_t greatestSlot(const Group<Real>& boxes) {
-  return slotOf(boxes, [](std::uint32_t a, std::uint32_t b) { return a > b; });
+  std::uint32_t greatest = boxes.slot[0];
+  for (const std::uint32_t slot : boxes.slot) greatest = slot > greatest ? slot : greatest;
+  return greatest;
 }
 
 // Of the `hits` of sixteen boxes those that only the exact boxes can tell: a bound is equal to the
