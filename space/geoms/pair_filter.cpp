@@ -12,8 +12,15 @@
 
 namespace ode_parallel_sap {
 
+namespace {
+
+// Stands in the place of a pair that is to go.
+constexpr Pair dropped_pair = ~Pair{0};
+
+Region verifying("filter: verified pairs"), testing("filter: exact tests"), closing("filter: gaps");
+
 // Whether the geoms decide otherwise than the boxes did.
-struct PairFilter::ExactTest {
+struct ExactTest {
   dxGeom* const* geoms;
   const std::uint32_t* bodies;  // their numbers
   bool every_filter;            // the filter bits beside the boxes do not decide
@@ -41,53 +48,43 @@ struct PairFilter::ExactTest {
             !filtersMatch(a, b));
   }
 
-  // Replaces what it drops by dropped_pair; returns how many it dropped.
-  std::uint32_t markDropped(Pair* begin, Pair* end) const;
+  // Replaces what it drops by dropped_pair; returns whether it dropped any.
+  bool markDropped(Pair* begin, Pair* end) const {
+    bool any = false;
+    for (Pair* pair = begin; pair < end; ++pair) {
+      const bool drop = drops(*pair);
+      *pair = drop ? dropped_pair : *pair & ~borderline_bit;
+      any |= drop;
+    }
+    return any;
+  }
 };
 
-namespace {
-
-// Stands in the place of a pair that is to go.
-constexpr Pair dropped_pair = ~Pair{0};
-
-Region verifying("filter: verified pairs"), testing("filter: exact tests"), closing("filter: gaps");
-
-}  // namespace
-
-std::uint32_t PairFilter::ExactTest::markDropped(Pair* begin, Pair* end) const {
-  std::uint32_t dropped = 0;
-  for (Pair* pair = begin; pair < end; ++pair) {
-    const bool drop = drops(*pair);
-    *pair = drop ? dropped_pair : *pair & ~borderline_bit;
-    dropped += drop;
-  }
-  return dropped;
-}
-
-void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
-                              const PackRules& rules, bool planes, int threads, PairList& pairs) {
-  const UpdateFacts& facts = update.facts();
-  const ExactTest test = {geoms,
-                          update.boxes().bodies.data(),
-                          !facts.exact_bits,
-                          rules.skip_asleep && !rules.skip_static,
-                          rules.notified,
-                          planes && facts.unbounded ? update.states() : nullptr};
-  if (test.everyPair()) {
-    pairs.borderline.clear();
-    for (std::size_t part = 0; part < pairs.parts.size(); ++part)
-      for (std::size_t begin = 0, end; begin < pairs.parts[part].size(); begin = end) {
-        end = std::min(begin + chunk_pairs, pairs.parts[part].size());
-        pairs.borderline.push_back({part, begin, end});
-      }
-  }
-  if (testSegments(test, threads, pairs)) closeGaps(threads, pairs);
+// Returns whether any pair is dropped.
+bool testSegments(const ExactTest& test, int threads, PairList& pairs) {
+  std::size_t count = 0;
+  for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
+  if (count == 0) return false;
+  const std::size_t segments = pairs.borderline.size();
+  const int team = teamFor(count, grains::geom_tests, threads);
+  const std::size_t pairs_at_once = chunkOf(count, chunk_pairs, threads);
+  const std::size_t chunk = std::max<std::size_t>(segments * pairs_at_once / count, 1);
+  std::atomic<bool> any{false};
+  const ScopedMode mode(exactMode());
+  runChunks(testing, team, segments, chunk, [&](const Range& range, int) {
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const PairList::Segment& segment = pairs.borderline[i];
+      Pair* const part = pairs.parts[segment.part].data();
+      if (test.markDropped(part + segment.begin, part + segment.end)) any = true;
+    }
+  });
+  return any;
 }
 
 // Copies the pairs that their geoms do not rule out; returns the end of the copy. `user_classes`:
 // calls AABBTest functions.
-Pair* PairFilter::verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
-                            const Pair* begin, const Pair* end, Pair* to) {
+Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes, const Pair* begin,
+                const Pair* end, Pair* to) {
   const PairRule rule(rules);
   // Geoms lie anywhere in memory. The earlier one is often that of the pair before.
   constexpr std::ptrdiff_t ahead = prefetch_distance;
@@ -109,6 +106,28 @@ Pair* PairFilter::verifyRun(dxGeom* const* geoms, const PackRules& rules, bool u
   return to;
 }
 
+}  // namespace
+
+void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
+                              const PackRules& rules, bool planes, int threads, PairList& pairs) {
+  const UpdateFacts& facts = update.facts();
+  const ExactTest test = {geoms,
+                          update.boxes().bodies.data(),
+                          !facts.exact_bits,
+                          rules.skip_asleep && !rules.skip_static,
+                          rules.notified,
+                          planes && facts.unbounded ? update.states() : nullptr};
+  if (test.everyPair()) {
+    pairs.borderline.clear();
+    for (std::size_t part = 0; part < pairs.parts.size(); ++part)
+      for (std::size_t begin = 0, end; begin < pairs.parts[part].size(); begin = end) {
+        end = std::min(begin + chunk_pairs, pairs.parts[part].size());
+        pairs.borderline.push_back({part, begin, end});
+      }
+  }
+  if (testSegments(test, threads, pairs)) closeGaps(threads, pairs);
+}
+
 void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
                         int threads, const PairList& pairs, PairList& verified) {
   const std::size_t count = pairs.size();
@@ -124,29 +143,6 @@ void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_
     });
     part.resize(static_cast<std::size_t>(to - part.data()));
   });
-}
-
-// Returns how many pairs are dropped.
-std::size_t PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
-  std::size_t count = 0;
-  for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
-  if (count == 0) return 0;
-  const std::size_t segments = pairs.borderline.size();
-  const int team = teamFor(count, grains::geom_tests, threads);
-  const std::size_t pairs_at_once = chunkOf(count, chunk_pairs, threads);
-  const std::size_t chunk = std::max<std::size_t>(segments * pairs_at_once / count, 1);
-  std::atomic<std::size_t> dropped{0};
-  const ScopedMode mode(exactMode());
-  runChunks(testing, team, segments, chunk, [&](const Range& range, int) {
-    std::size_t own = 0;
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      const PairList::Segment& segment = pairs.borderline[i];
-      Pair* const part = pairs.parts[segment.part].data();
-      own += test.markDropped(part + segment.begin, part + segment.end);
-    }
-    dropped += own;
-  });
-  return dropped;
 }
 
 // Takes the dropped pairs out: each thread copies the others of its share to a part of its own.

@@ -21,10 +21,6 @@ class PairFilter {
   std::size_t bytes() const { return bytesOf(closed_); }
 
  private:
-  struct ExactTest;
-  static Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
-                         const Pair* begin, const Pair* end, Pair* to);
-  static std::size_t testSegments(const ExactTest& test, int threads, PairList& pairs);
   void closeGaps(int threads, PairList& pairs);
 
   PairList closed_;
