@@ -50,6 +50,27 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
 template <class Tree>
 using RealOf = typename std::remove_reference_t<Tree>::RealType;
 
+template <class Real>
+void findBox(const QueryTree<Real> (&of)[GeomTree::kinds], const BasicBox<Real>& box,
+             GeomTree::Kind first, std::size_t slots, Buffer<Slot>& found) {
+  found.resizeDiscarding(slots + 2 * group_size);
+  std::size_t count = 0;
+  for (int kind = first; kind < GeomTree::kinds; ++kind)
+    if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
+  found.resize(count);
+}
+
+// Where the boxes cannot decide, the AABBs do.
+void dropApart(const GeomTree::Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) {
+  Slot* next = found.data();
+  for (const Slot hit : found) {
+    const Slot slot = hit & ~borderline_slot;
+    *next = slot;
+    next += slot == hit || boxesOverlap(geoms[slot], geom);
+  }
+  found.resize(next - found.data());
+}
+
 }  // namespace
 
 // Returns how many boxes floats make clearly larger.
@@ -220,27 +241,6 @@ void GeomTree::find(const Geoms& geoms, Slot slot, const BoxSet& boxes, Buffer<S
   if (boxes.wide || tree_->is_wide) return find(geoms, geoms[slot], found);
   findBox(tree_->narrow, boxes.boxes[slot], bounded, geoms.size(), found);
   dropApart(geoms, geoms[slot], found);
-}
-
-template <class Real>
-void GeomTree::findBox(const QueryTree<Real> (&of)[kinds], const BasicBox<Real>& box, Kind first,
-                       std::size_t slots, Buffer<Slot>& found) {
-  found.resizeDiscarding(slots + 2 * group_size);
-  std::size_t count = 0;
-  for (int kind = first; kind < kinds; ++kind)
-    if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
-  found.resize(count);
-}
-
-// Where the boxes cannot decide, the AABBs do.
-void GeomTree::dropApart(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) {
-  Slot* next = found.data();
-  for (const Slot hit : found) {
-    const Slot slot = hit & ~borderline_slot;
-    *next = slot;
-    next += slot == hit || boxesOverlap(geoms[slot], geom);
-  }
-  found.resize(next - found.data());
 }
 
 }  // namespace ode_parallel_sap

@@ -134,10 +134,6 @@ class GeomTree {
     std::size_t bytes() const { return bytesOf(changed, apart, narrow, wide); }
   };
 
-  template <class Real>
-  static void findBox(const QueryTree<Real> (&of)[kinds], const BasicBox<Real>& box, Kind first,
-                      std::size_t slots, Buffer<Slot>& found);
-  static void dropApart(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found);
   // Before the tree is changed: false where others read it. They count themselves first, and see
   // then that it is closed.
   bool close() {
