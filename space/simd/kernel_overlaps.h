@@ -35,15 +35,6 @@ inline std::uint32_t greatestSlot(const Group<Real>& boxes) {
   return greatest;
 }
 
-// Of the `hits` of sixteen boxes those that only the exact boxes can tell: a bound is equal to the
-// opposite one. Doubles are the exact bounds.
-template <class Real>
-inline unsigned borderlineOf(const Sixteen<Real>& boxes, const Group<Real>& box, unsigned lane,
-                             unsigned hits) {
-  if constexpr (sizeof(Real) == sizeof(float)) return hits & boxes.touching(box, lane);
-  return 0;
-}
-
 // Which of sixteen boxes may meet box `lane` by their bits and bodies.
 inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const GroupFilter& others) {
   const unsigned wanted = Lanes::sharesBits(others.collide, filter.category[lane]) |
@@ -52,12 +43,14 @@ inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const Gro
 }
 
 // Writes the slots of the `hits` of sixteen boxes with box `lane` of `box`, with borderline_slot
-// where only the exact boxes can tell. Returns their number; up to sixteen words are written.
+// where only the exact boxes can tell: a bound is equal to the opposite one. Doubles are the exact
+// bounds. Returns their number; up to sixteen words are written.
 template <class Real>
 inline int writeHits(const Group<Real>& box, unsigned lane, const Sixteen<Real>& boxes,
                      const std::uint32_t* slots, unsigned hits, std::uint32_t* found) {
   Lanes::compress(slots, hits, found);
-  const unsigned borderline = borderlineOf(boxes, box, lane, hits);
+  unsigned borderline = 0;
+  if constexpr (sizeof(Real) == sizeof(float)) borderline = hits & boxes.touching(box, lane);
   for (unsigned left = borderline ? hits : 0; left; left &= left - 1, ++found)
     if (borderline & left & (0u - left)) *found |= borderline_slot;
   return __builtin_popcount(hits);
