@@ -107,24 +107,21 @@ void PairEvents::listPreviousGeoms(const Buffer<dxGeom*>& geoms) {
 }
 
 void PairEvents::planPieces(const PairList& pairs, int threads) {
-  const Pair* const previous = previous_.pairs.data();
-  const std::size_t previous_end = previous_.pairs.size();
+  const Buffer<Pair>& previous = previous_.pairs;
   const std::size_t wanted = chunkOf(pairs.size(), chunk_pairs, threads);
-  std::size_t count = 0, place = 0, previous_place = 0;
+  std::size_t count = 0, place = 0;
   const auto add = [&](const Pair* begin, const Pair* end) {
     if (pieces_.size() == count) pieces_.emplace_back();
-    if (count > 0) {
-      const Pair first = inPreviousSlots(*begin);
-      previous_place = static_cast<std::size_t>(
-          std::lower_bound(previous + previous_place, previous + previous_end, first) - previous);
-      pieces_[count - 1].previous_end = previous_place;
-    }
-    Piece& piece = pieces_[count++];
+    Piece& piece = pieces_[count];
     piece.begin = begin;
     piece.end = end;
     piece.place = place;
-    piece.previous_place = previous_place;
-    piece.previous_end = previous_end;
+    piece.previous_place = 0;
+    if (count > 0)
+      pieces_[count - 1].previous_end = piece.previous_place = static_cast<std::size_t>(
+          std::lower_bound(previous.begin(), previous.end(), inPreviousSlots(*begin)) -
+          previous.begin());
+    ++count;
     place += static_cast<std::size_t>(end - begin);
   };
   for (const Buffer<Pair>& part : pairs.parts)
@@ -132,6 +129,7 @@ void PairEvents::planPieces(const PairList& pairs, int threads) {
       add(part.data() + i, part.data() + std::min(i + wanted, part.size()));
   if (count == 0) add(nullptr, nullptr);
   pieces_.resize(count);
+  pieces_.back().previous_end = previous.size();
 }
 
 // Copies the new pairs, and the numbers of pairs that are in both frames.
