@@ -118,10 +118,11 @@ void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
                           rules.notified,
                           planes && facts.unbounded ? update.states() : nullptr};
   if (test.everyPair()) {
+    const std::size_t most = chunkOf(pairs.size(), chunk_pairs, threads);
     pairs.borderline.clear();
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)
       for (std::size_t begin = 0, end; begin < pairs.parts[part].size(); begin = end) {
-        end = std::min(begin + chunk_pairs, pairs.parts[part].size());
+        end = std::min(begin + most, pairs.parts[part].size());
         pairs.borderline.push_back({part, begin, end});
       }
   }
