@@ -11,8 +11,8 @@ namespace ode_parallel_sap {
 class BackOff {
  public:
   // Waits `first` turns after the first failure, twice as many after each further one, at most
-  // back_off_range times as many; and `now` turns to begin with.
-  constexpr explicit BackOff(int first, int now = 0) : first_(first), next_(first), left_(now) {}
+  // back_off_range times as many.
+  constexpr explicit BackOff(int first) : first_(first), next_(first) {}
 
   // Whether it is left out in the turn that comes.
   bool waits() const { return left_ > 0; }
@@ -25,7 +25,7 @@ class BackOff {
   void paid() { next_ = first_; }
 
  private:
-  int first_, next_, left_;
+  int first_, next_, left_ = 0;
 };
 
 }  // namespace ode_parallel_sap

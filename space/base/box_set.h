@@ -30,10 +30,6 @@ constexpr BasicBox<Real> inactiveBox() {
   constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
   return {{nan, nan, nan}, {nan, nan, nan}};
 }
-template <class Real>
-inline void makeInactive(BasicBox<Real>& box) {
-  box = inactiveBox<Real>();
-}
 
 // The exact box, of bounds as ODE keeps them: lower and upper on each axis.
 template <class Real, class Bound>
@@ -70,7 +66,10 @@ struct BoxSet {
     wide ? use(wide_boxes) : use(boxes);
   }
   void deactivate(Slot slot) {
-    withBoxes([slot](auto& all) { makeInactive(all[slot]); });
+    if (wide)
+      wide_boxes[slot] = inactiveBox<double>();
+    else
+      boxes[slot] = inactiveBox<float>();
   }
   std::size_t bytes() const { return bytesOf(boxes, wide_boxes, bits, bodies); }
 };

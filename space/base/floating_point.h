@@ -62,9 +62,8 @@ inline bool differs(const FloatingPointMode&, const FloatingPointMode&) {
 // run in exactMode(), whatever the program was compiled with.
 class ScopedMode {
  public:
-  // `is_on`: it is known to be the thread's.
-  explicit ScopedMode(const FloatingPointMode& mode, bool is_on = false)
-      : before_(is_on ? mode : currentMode()), changed_(!is_on && differs(before_, mode)) {
+  explicit ScopedMode(const FloatingPointMode& mode)
+      : before_(currentMode()), changed_(differs(before_, mode)) {
     if (changed_) setMode(mode);
   }
   ~ScopedMode() {

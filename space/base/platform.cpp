@@ -44,8 +44,7 @@ std::uint64_t freeMemory() {
     std::fclose(file);
     if (found) return std::uint64_t{kilobytes} * 1024;
   }
-  const long pages = sysconf(_SC_AVPHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
-  return pages > 0 && page_bytes > 0 ? std::uint64_t(pages) * std::uint64_t(page_bytes) : 0;
+  return 0;
 }
 #endif
 

@@ -41,15 +41,10 @@ inline void freeAligned(void* data) {
   __builtin_prefetch(place, 0, 2);
   asm volatile("");
 }
-// Relaxed atomic accesses to words that other code reads and writes as they are.
+// A relaxed atomic access to a word that other code reads and writes as it is.
 template <class Word>
 [[gnu::always_inline]] inline void orShared(Word& word, Word bits) {
   __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
-}
-
-template <class Word>
-[[gnu::always_inline]] inline void addShared(Word& word, Word value) {
-  __atomic_fetch_add(&word, value, __ATOMIC_RELAXED);
 }
 
 // Bytes that can be taken without another program giving any up; 0 where that is not known. On

@@ -53,7 +53,6 @@ class SlotSet {
     return static_cast<Slot>(i * word_slots + (bits ? __builtin_ctzll(bits) : 0));
   }
 
-  void swap(SlotSet& other) noexcept { words_.swap(other.words_); }
   std::size_t bytes() const { return words_.bytes(); }
 
  private:

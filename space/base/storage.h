@@ -16,9 +16,7 @@
 namespace ode_parallel_sap {
 
 // Small storage is the heap's. From 192 bytes on it begins with a cache line: less would be in vain
-// for the many small lists of small spaces. Large storage is the system's own pages: the heap would
-// keep what buffers leave behind on their way to their size (up to 70 bytes a geom where they hold
-// 170 in the end: study memory, 100,000 boxes).
+// for the many small lists of small spaces. Large storage (least_mapped) is the system's own pages.
 class Storage {
  public:
   static constexpr std::size_t unit = 16, least_aligned = 192;  // fixed: the heap's; a GroupFilter

@@ -177,7 +177,6 @@ void FatProxies::stop() {
   changed_pairs_ = ChangedPairs();
   merge_ = PairMerge();
   tree_ = QueryTree<float>();
-  has_tree_ = false;
 }
 
 // Also takes over the filters.
@@ -217,11 +216,10 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
   if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
   resizeTo(boxes.size, fat_);
   for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
-  if (has_tree_ && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
+  if (!tree_.holdsNone() && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
     for (const Slot slot : leaving_) tree_.place(slot, fat_.boxes[slot]);
   } else {
     tree_.build(fat_, threads);
-    has_tree_ = true;
     stray_rows_ = 0;
   }
   stray_rows_ += static_cast<double>(leaving_.size() * tree_.strayRows());

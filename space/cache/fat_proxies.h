@@ -63,7 +63,6 @@ class FatProxies {
   SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone
   Buffer<Slot> leaving_;   // those of them that are still there, ascending
   QueryTree<float> tree_;  // of the fat boxes
-  bool has_tree_ = false;
   double stray_rows_ = 0;  // gone through since it was built
   ChangedPairs changed_pairs_;
   PairMerge merge_;

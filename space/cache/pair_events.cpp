@@ -14,16 +14,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Pairs that are compared at once.
-constexpr std::size_t step = 8;  // fixed: a line of the cache
-
 Region comparing("pair events: comparison");
-
-bool areSame(const Pair* a, const Pair* b) {
-  Pair differing = 0;
-  for (std::size_t i = 0; i < step; ++i) differing |= a[i] ^ b[i];
-  return differing == 0;
-}
 
 }  // namespace
 
@@ -55,7 +46,7 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, Sou
                         int threads) try {
   freeNumbers();
   const int team = teamFor(pairs.size() + previous_.pairs.size(), grains::passed_pairs, threads);
-  nameSlots(geoms);
+  listPreviousGeoms(geoms);
   planPieces(pairs, team);
   next_.resize(pairs.size());
   runChunks(comparing, team, pieces_.size(), 1,
@@ -102,49 +93,35 @@ Slot PairEvents::previousSlot(Slot slot) const {
 }
 
 Pair PairEvents::inPreviousSlots(Pair pair) const {
-  return renamed_ ? makePair(names_[earlierOf(pair)], names_[laterOf(pair)]) : pair;
+  return slots_changed_ ? makePair(previousSlot(earlierOf(pair)), previousSlot(laterOf(pair)))
+                        : pair;
 }
 
-void PairEvents::nameSlots(const Buffer<dxGeom*>& geoms) {
-  renamed_ = false;
+void PairEvents::listPreviousGeoms(const Buffer<dxGeom*>& geoms) {
   if (!slots_changed_) return;
-  for (Slot slot = 0; slot < std::min(geoms.size(), last_slots_); ++slot)
-    renamed_ |= geoms[slot] && previousSlot(slot) != slot;
-  if (!renamed_) return;
-  names_.resizeDiscarding(geoms.size());
   previous_geoms_.resizeDiscarding(0);
   previous_geoms_.growTo(last_slots_, nullptr);
-  for (Slot slot = 0; slot < geoms.size(); ++slot) {
-    names_[slot] = previousSlot(slot);
-    if (names_[slot] < last_slots_) previous_geoms_[names_[slot]] = geoms[slot];
-  }
-}
-
-// Null if it has left.
-dxGeom* PairEvents::previousGeom(Slot slot, const Buffer<dxGeom*>& geoms) const {
-  if (renamed_) return previous_geoms_[slot];
-  return slot < geoms.size() ? geoms[slot] : nullptr;
+  for (Slot slot = 0; slot < geoms.size(); ++slot)
+    if (const Slot previous = previousSlot(slot); previous < last_slots_)
+      previous_geoms_[previous] = geoms[slot];
 }
 
 void PairEvents::planPieces(const PairList& pairs, int threads) {
-  const Pair* const previous = previous_.pairs.data();
-  const std::size_t previous_end = previous_.pairs.size();
+  const Buffer<Pair>& previous = previous_.pairs;
   const std::size_t wanted = chunkOf(pairs.size(), chunk_pairs, threads);
-  std::size_t count = 0, place = 0, previous_place = 0;
+  std::size_t count = 0, place = 0;
   const auto add = [&](const Pair* begin, const Pair* end) {
     if (pieces_.size() == count) pieces_.emplace_back();
-    if (count > 0) {
-      const Pair first = inPreviousSlots(*begin);
-      previous_place = static_cast<std::size_t>(
-          std::lower_bound(previous + previous_place, previous + previous_end, first) - previous);
-      pieces_[count - 1].previous_end = previous_place;
-    }
-    Piece& piece = pieces_[count++];
+    Piece& piece = pieces_[count];
     piece.begin = begin;
     piece.end = end;
     piece.place = place;
-    piece.previous_place = previous_place;
-    piece.previous_end = previous_end;
+    piece.previous_place = 0;
+    if (count > 0)
+      pieces_[count - 1].previous_end = piece.previous_place = static_cast<std::size_t>(
+          std::lower_bound(previous.begin(), previous.end(), inPreviousSlots(*begin)) -
+          previous.begin());
+    ++count;
     place += static_cast<std::size_t>(end - begin);
   };
   for (const Buffer<Pair>& part : pairs.parts)
@@ -152,6 +129,7 @@ void PairEvents::planPieces(const PairList& pairs, int threads) {
       add(part.data() + i, part.data() + std::min(i + wanted, part.size()));
   if (count == 0) add(nullptr, nullptr);
   pieces_.resize(count);
+  pieces_.back().previous_end = previous.size();
 }
 
 // Copies the new pairs, and the numbers of pairs that are in both frames.
@@ -161,31 +139,16 @@ void PairEvents::compare(Piece& piece) {
   std::copy(piece.begin, piece.end, next_.pairs.data() + piece.place);
   std::size_t place = piece.place, previous = piece.previous_place;
   const std::size_t end = place + static_cast<std::size_t>(piece.end - piece.begin);
-  for (;;) {
-    const std::size_t common =
-        countSame(place, previous, std::min(end - place, piece.previous_end - previous));
-    std::copy_n(previous_.numbers.data() + previous, common, next_.numbers.data() + place);
-    place += common;
-    previous += common;
-    if (place == end && previous == piece.previous_end) return;
-    if (previous == piece.previous_end ||
-        (place < end && inPreviousSlots(next_.pairs[place]) < previous_.pairs[previous]))
+  while (place < end || previous < piece.previous_end) {
+    const Pair next = place < end ? inPreviousSlots(next_.pairs[place]) : ~Pair{0};
+    const Pair before = previous < piece.previous_end ? previous_.pairs[previous] : ~Pair{0};
+    if (next == before)
+      next_.numbers[place++] = previous_.numbers[previous++];
+    else if (next < before)
       piece.begun.push_back(place++);
     else
       piece.ended.push_back(previous++);
   }
-}
-
-// How many pairs from these places on are the same, `most` at most.
-std::size_t PairEvents::countSame(std::size_t place, std::size_t previous_place,
-                                  std::size_t most) const {
-  const Pair* const next = next_.pairs.data() + place;
-  const Pair* const previous = previous_.pairs.data() + previous_place;
-  std::size_t count = 0;
-  if (!renamed_)
-    while (most - count >= step && areSame(next + count, previous + count)) count += step;
-  while (count < most && inPreviousSlots(next[count]) == previous[count]) ++count;
-  return count;
 }
 
 // Allocates all memory before it takes the first number.
@@ -199,6 +162,8 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
   ended_.resizeDiscarding(count_ended);
   free_.reserve(previous_.pairs.size() + count_begun);
   Event *begun = begun_.data(), *ended = ended_.data();
+  // Null where a geom has left.
+  const Buffer<dxGeom*>& of_previous = slots_changed_ ? previous_geoms_ : geoms;
   for (const Piece& piece : pieces_) {
     for (const std::size_t place : piece.begun) {
       const Pair pair = next_.pairs[place];
@@ -207,7 +172,7 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
     }
     for (const std::size_t place : piece.ended) {
       const Pair pair = previous_.pairs[place];
-      *ended++ = {previousGeom(earlierOf(pair), geoms), previousGeom(laterOf(pair), geoms), place,
+      *ended++ = {of_previous[earlierOf(pair)], of_previous[laterOf(pair)], place,
                   previous_.numbers[place]};
     }
   }
@@ -227,7 +192,6 @@ void PairEvents::release() {
   begun_.release();
   ended_.release();
   next_ = NumberedPairs();
-  names_.release();
   previous_geoms_.release();
   pieces_ = std::vector<Piece>();
   try {

@@ -12,6 +12,7 @@
 
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
+#include "space/base/slot_set.h"
 
 namespace ode_parallel_sap {
 
@@ -24,26 +25,25 @@ class PairNumbers {
   // Room for `count` numbers in use. Throws std::bad_alloc; take() and give() do not.
   void reserve(std::size_t count) {
     if (count > most) throw std::bad_alloc();
-    words_.growTo((count + word_numbers - 1) / word_numbers, ~std::uint64_t{0});
+    given_back_.growTo(count);
   }
   // The lowest free number. There is room.
   Number take() {
-    while (words_[lowest_] == 0) ++lowest_;
-    const int bit = __builtin_ctzll(words_[lowest_]);
-    words_[lowest_] &= words_[lowest_] - 1;
-    return static_cast<Number>(lowest_ * word_numbers + static_cast<std::size_t>(bit));
+    if (lowest_ < unused_) lowest_ = std::min(given_back_.firstFrom(lowest_), unused_);
+    if (lowest_ == unused_) return lowest_++, unused_++;
+    given_back_.erase(lowest_);
+    return lowest_;
   }
   void give(Number number) {
-    words_[number / word_numbers] |= std::uint64_t{1} << number % word_numbers;
-    lowest_ = std::min(lowest_, number / word_numbers);
+    given_back_.insert(number);
+    lowest_ = std::min(lowest_, number);
   }
-  std::size_t bytes() const { return words_.bytes(); }
+  std::size_t bytes() const { return given_back_.bytes(); }
 
  private:
-  static constexpr std::size_t word_numbers = 64;  // fixed: bits of a word
-
-  Buffer<std::uint64_t> words_;  // a bit for each number, set while it is free
-  std::size_t lowest_ = 0;       // no word before this one has a free one
+  SlotSet given_back_;  // the free ones below unused_
+  Number lowest_ = 0;   // none below is free
+  Number unused_ = 0;   // from here on none was ever taken
 };
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
@@ -92,8 +92,8 @@ class PairEvents {
   // Gives back the events, and storage that the next frame can do without.
   void release();
   std::size_t bytes() const {
-    return bytesOf(previous_, next_, previous_slots_, free_, begun_, ended_, names_,
-                   previous_geoms_, pieces_);
+    return bytesOf(previous_, next_, previous_slots_, free_, begun_, ended_, previous_geoms_,
+                   pieces_);
   }
 
  private:
@@ -116,13 +116,11 @@ class PairEvents {
 
   void trackSlots();
   void freeNumbers();
-  void nameSlots(const Buffer<dxGeom*>& geoms);
+  void listPreviousGeoms(const Buffer<dxGeom*>& geoms);
   Slot previousSlot(Slot slot) const;
   Pair inPreviousSlots(Pair pair) const;
   void planPieces(const PairList& pairs, int threads);
-  dxGeom* previousGeom(Slot slot, const Buffer<dxGeom*>& geoms) const;
   void compare(Piece& piece);
-  std::size_t countSame(std::size_t place, std::size_t previous_place, std::size_t most) const;
   void writeEvents(const Buffer<dxGeom*>& geoms);
 
   bool on_ = false;
@@ -138,11 +136,7 @@ class PairEvents {
   bool slots_changed_ = false;
   std::size_t last_slots_ = 0;
 
-  // During an update: whether a geom has another slot than in the previous frame, or a slot that
-  // was another geom's. The next two are filled if so.
-  bool renamed_ = false;
-  Buffer<Slot> names_;              // by slot
-  Buffer<dxGeom*> previous_geoms_;  // by previous slot
+  Buffer<dxGeom*> previous_geoms_;  // by previous slot, during an update, likewise
   std::vector<Piece> pieces_;
 };
 

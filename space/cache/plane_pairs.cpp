@@ -35,13 +35,13 @@ void PlanePairs::take(dxGeom* const* geoms, GeomUpdate& update, int threads) {
     const ScopedMode mode(exactMode());
     const Range own = ownPart(boxes.size, thread, team);
     for (const Slot slot : planes_) {
-      const dxPlane* const plane = static_cast<const dxPlane*>(geoms[slot]);
+      const dxGeom* const plane = geoms[slot];
       for (Slot other = static_cast<Slot>(own.begin); other < own.end; ++other) {
         if (states[other] & no_box_state || other == slot || (other < slot && set_.contains(other)))
           continue;
         const dxGeom* const geom = geoms[other];
-        if (!isClearOfPlane(geom->aabb, plane->p) && boxesOverlap(plane, geom) &&
-            !areClearByPlane(plane, geom) && passesFilters(boxes, slot, other))
+        if (!areClearByPlane(plane, geom) && boxesOverlap(plane, geom) &&
+            passesFilters(boxes, slot, other))
           parts_[thread].push_back(makePair(std::min(slot, other), std::max(slot, other)));
       }
     }

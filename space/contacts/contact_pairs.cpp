@@ -43,14 +43,11 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
   }
   const dParallelSAPPair pair = {o1, o2};
   const Pair slots = makePair(slotOf(o1), slotOf(o2));
-  bool has_room = true;
   try {
     slots_.push_back(slots);
-    list_.push_back(pair);
+    return list_.push_back(pair);
   } catch (const std::bad_alloc&) {
-    has_room = false;
   }
-  if (has_room) return;
   try {
     NarrowPhase::collideOneByOne(*this, request_);
     list_.release();

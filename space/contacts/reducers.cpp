@@ -35,21 +35,12 @@ class Ranks {
  public:
   Ranks(const dContactGeom* contacts, int count) {
     readBoxes(nullptr, nullptr);
-    for (int i = 0; i < count; ++i) {
-      const int rank = compute(contacts[i]);
-      all_equal_ = all_equal_ && rank == 0;
-      usable_ += rank < unusable;
-    }
+    for (int i = 0; i < count; ++i) usable_ += of(contacts[i]) < unusable;
   }
   // The number of contacts that have a normal.
   int usable() const { return usable_; }
   // Less is better.
-  int of(const dContactGeom& contact) { return all_equal_ ? 0 : compute(contact); }
-
- private:
-  static constexpr int beside = 1, unusable = 2;
-
-  int compute(const dContactGeom& contact) {
+  int of(const dContactGeom& contact) {
     const dReal* const normal = contact.normal;
     const dReal length = std::fabs(normal[0]) + std::fabs(normal[1]) + std::fabs(normal[2]);
     if (!(length > 0 && length < std::numeric_limits<dReal>::infinity())) return unusable;
@@ -60,6 +51,9 @@ class Ranks {
         return beside;
     return 0;
   }
+
+ private:
+  static constexpr int beside = 1, unusable = 2;
 
   // What both boxes have in common, with room for rounding.
   void readBoxes(dGeomID first, dGeomID second) {
@@ -80,7 +74,6 @@ class Ranks {
     }
   }
 
-  bool all_equal_ = true;
   int usable_ = 0;
   dGeomID first_ = nullptr, second_ = nullptr;  // of these
   dReal low_[3], high_[3];

@@ -44,7 +44,7 @@ std::size_t Pipeline::run(const FrameCall& call, const PairReceiver& receiver, R
 
 // What the frame is to do: without memory for the stages, to go pair by pair.
 Plan Pipeline::decide(const FrameCall& call) {
-  if (made(stages_)) return policy().decide(factsOf(call), call.settings);
+  if (made(stages_)) return stages_->policy.decide(factsOf(call), call.settings);
   Plan plan;
   plan.rules = call.settings.rules;
   return plan;
@@ -52,7 +52,7 @@ Plan Pipeline::decide(const FrameCall& call) {
 
 inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
                                           SpaceObservers* watchers) {
-  if (stages_) cache().stop();
+  if (stages_) stages_->cache.stop();
   const bool nested = call.scene.nested;
   if (events_ && nested) events_->skip();
   return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
@@ -103,7 +103,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
     frame.clock.begin(Stage::extract);
     frame.stats = statsOf(collideSmall(call, receiver, nullptr));
   } else if (const PairList* const found = findPairs(frame)) {
-    pairs.add(*found, geomUpdate().facts().spaces, frame.plan.threads);
+    pairs.add(*found, stages_->geom_update.facts().spaces, frame.plan.threads);
   } else {
     reportWithoutMemory(frame, receiver);
   }
@@ -144,12 +144,13 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   frame.stats.geoms = call.scene.count;
   frame.stats.backend = dParallelSAPBackendCPU;
   if (!stages_ || !made(call.lists.large)) throw std::bad_alloc();
-  cache().beginFrame();
+  stages_->cache.beginFrame();
 
   frame.clock.begin(Stage::update);
   PairCache::Update update;
   if (plan.use_cache)
-    update = cache().update(call.geoms(), call.slots(), plan.rules, plan.threads, geomUpdate());
+    update = stages_->cache.update(call.geoms(), call.slots(), plan.rules, plan.threads,
+                                   stages_->geom_update);
   if (update.unannounced.count)
     complaints_.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
   Found found;
@@ -160,10 +161,10 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   }
   const PairList& pairs = select(frame);
   const bool selected = &pairs != &call.lists.large->candidates;
-  updateEvents(frame, pairs, cache().noteReported(!selected, update));
+  updateEvents(frame, pairs, stages_->cache.noteReported(!selected, update));
   frame.clock.pause();
   frame.stats.pairs = pairs.size();
-  cache().endFrame();
+  stages_->cache.endFrame();
   learn(frame, update.kept ? nullptr : &found);
   noteStats(frame);
   return &pairs;
@@ -182,8 +183,8 @@ bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   noteUpdate(frame);
   if (!update.isSame()) frame.clock.begin(Stage::extract);
   PairCache::Counts counts;
-  if (!cache().renew(call.scene.slots, update, geomUpdate(), frame.plan.threads, call.tree,
-                     pairFilter(), call.lists.large->candidates, counts))
+  if (!stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
+                            call.tree, stages_->pair_filter, call.lists.large->candidates, counts))
     return false;
   frame.stats.method = dParallelSAPMethodSweep;
   frame.stats.find_threads = counts.threads;
@@ -196,32 +197,33 @@ bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
 Found Pipeline::findAnew(Frame& frame) {
   const FrameCall& call = frame.call;
   const Plan& plan = frame.plan;
-  cache().stop();
+  stages_->cache.stop();
   const int update_threads =
-      geomUpdate().pack(call.geoms(), call.slots(), plan.rules, plan.threads);
-  cache().forgetChanges();
+      stages_->geom_update.pack(call.geoms(), call.slots(), plan.rules, plan.threads);
+  stages_->cache.forgetChanges();
   call.scene.noteClean();
 
   frame.clock.begin(Stage::synchronise);
-  geomUpdate().synchronise(call.geoms());
-  BoxSet& boxes = geomUpdate().boxes();
+  stages_->geom_update.synchronise(call.geoms());
+  BoxSet& boxes = stages_->geom_update.boxes();
   noteUpdate(frame);
-  PlanePairs& planes = cache().planes();
-  if (plan.rules.cull_planes) planes.take(call.geoms(), geomUpdate(), plan.threads);
+  PlanePairs& planes = stages_->cache.planes();
+  if (plan.rules.cull_planes) planes.take(call.geoms(), stages_->geom_update, plan.threads);
 
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.large->candidates;
   Found found;
-  const bool fat =
-      plan.fat_pairs && !boxes.wide &&
-      cache().fat().prepare(boxes, static_cast<double>(geomUpdate().tolerance()), plan.threads);
+  const bool fat = plan.fat_pairs && !boxes.wide &&
+                   stages_->cache.fat().prepare(
+                       boxes, static_cast<double>(stages_->geom_update.tolerance()), plan.threads);
   if (fat) {
-    found.threads = cache().fat().find(boxes, plan.threads, extraction().sweep(), candidates);
+    found.threads =
+        stages_->cache.fat().find(boxes, plan.threads, stages_->extraction.sweep(), candidates);
     found.method = dParallelSAPMethodSweep;
-    frame.stats.candidates_kept = cache().fat().kept();
+    frame.stats.candidates_kept = stages_->cache.fat().kept();
   } else {
-    cache().fat().noteUnused();
-    found = extraction().find(boxes, plan.extraction, candidates);
+    stages_->cache.fat().noteUnused();
+    found = stages_->extraction.find(boxes, plan.extraction, candidates);
   }
   if (found.too_long) complaints_.ofTooLong(*found.too_long);
   frame.stats.method = found.method;
@@ -234,8 +236,8 @@ Found Pipeline::findAnew(Frame& frame) {
 
   frame.clock.begin(Stage::filter);
   const auto dropExcluded = [&](PairList& pairs) {
-    pairFilter().dropExcluded(call.geoms(), geomUpdate(), plan.rules, /*planes=*/false,
-                              plan.threads, pairs);
+    stages_->pair_filter.dropExcluded(call.geoms(), stages_->geom_update, plan.rules,
+                                      /*planes=*/false, plan.threads, pairs);
   };
   dropExcluded(candidates);
   if (plan.rules.cull_planes && planes.any()) {
@@ -243,13 +245,13 @@ Found Pipeline::findAnew(Frame& frame) {
     frame.stats.candidates += planes.found().size();
     planes.putBack(call.geoms(), boxes, plan.threads, candidates);
   }
-  if (plan.use_cache) cache().start(call.slots());
+  if (plan.use_cache) stages_->cache.start(call.slots());
   return found;
 }
 
 // Counts the geoms, whose boxes are up to date.
 void Pipeline::noteUpdate(Frame& frame) {
-  const UpdateFacts& facts = geomUpdate().facts();
+  const UpdateFacts& facts = stages_->geom_update.facts();
   dxGeom* const* const geoms = frame.call.geoms();
   for (const Slot slot : facts.newly_invalid) complaints_.ofInvalid(geoms[slot]);
   frame.stats.moved += facts.moved;
@@ -261,7 +263,7 @@ void Pipeline::noteUpdate(Frame& frame) {
 // The pairs to be reported.
 const PairList& Pipeline::select(Frame& frame) {
   LargeLists& lists = *frame.call.lists.large;
-  const bool user_classes = geomUpdate().facts().user_classes;
+  const bool user_classes = stages_->geom_update.facts().user_classes;
   const PackRules& rules = frame.plan.rules;
   if (!user_classes && !rules.verified()) return lists.candidates;
   frame.clock.begin(Stage::filter);
@@ -283,22 +285,22 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
 }
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) {
-  return {call.slots(), geomUpdate().boxes().wide, call.scene.nested,
-          extraction().devices().devices()};
+  return {call.slots(), stages_->geom_update.boxes().wide, call.scene.nested,
+          stages_->extraction.devices().devices()};
 }
 
 // `found`: how the pairs were found anew; null if they were kept.
 void Pipeline::learn(const Frame& frame, const Found* found) {
   const Settings& settings = frame.call.settings;
   if (found)
-    policy().learn(frame.plan, factsOf(frame.call), *found, frame.clock.of(Stage::extract));
+    stages_->policy.learn(frame.plan, factsOf(frame.call), *found, frame.clock.of(Stage::extract));
   else
-    cache().fat().noteUnused();
+    stages_->cache.fat().noteUnused();
   if (!frame.plan.weighs_devices) return;
-  DeviceBackend& devices = extraction().devices();
+  DeviceBackend& devices = stages_->extraction.devices();
   devices.reportLeftOut();
-  if (devices.takeLoss()) policy().learnOfLoss(devices.devices().usable);
-  const int wanted = policy().learnMissedDevices(factsOf(frame.call), settings);
+  if (devices.takeLoss()) stages_->policy.learnOfLoss(devices.devices().usable);
+  const int wanted = stages_->policy.learnMissedDevices(factsOf(frame.call), settings);
   if (wanted > 0) devices.prepare(wanted);
 }
 
@@ -361,37 +363,38 @@ void Pipeline::clean(const Scene& scene, const Settings& settings) {
 __attribute__((noinline)) bool Pipeline::cleanMany(const Scene& scene,
                                                    const Settings& settings) try {
   if (!made(stages_)) return false;
-  geomUpdate().clean(scene.slots.data(), scene.slots.size(),
-                     Policy::teamFor(scene.slots.size(), settings), cache().changed());
+  stages_->geom_update.clean(scene.slots.data(), scene.slots.size(),
+                             Policy::teamFor(scene.slots.size(), settings),
+                             stages_->cache.changed());
   return true;
 } catch (const std::bad_alloc&) {
   return false;
 }
 
 void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
-  if (stages_) cache().stop();
+  if (stages_) stages_->cache.stop();
   if (last_stage_) last_stage_->noteNewSlots();
   if (events_) events_->closeSlots(geoms);
 }
 
 void Pipeline::release(int part, FrameLists& lists) {
   if (!stages_) return;
-  cache().stop();
+  stages_->cache.stop();
   switch (part) {
     case 0:
       lists = FrameLists();
       break;
     case 1:
-      geomUpdate() = GeomUpdate();
+      stages_->geom_update = GeomUpdate();
       break;
     case 2:
-      pairFilter() = PairFilter();
+      stages_->pair_filter = PairFilter();
       if (events_) events_->release();
       if (last_stage_) last_stage_->release();
       break;
     default:  // at last: frames that find all anew begin to fill the cache
-      extraction().release();
-      cache() = PairCache();
+      stages_->extraction.release();
+      stages_->cache = PairCache();
   }
 }
 

@@ -85,16 +85,16 @@ class Pipeline {
   // The geom of a slot is new, gone or has moved.
   void noteChange(Slot slot) {
     small_scenes_.noteChange();
-    if (stages_) cache().note(slot);
+    if (stages_) stages_->cache.note(slot);
     if (last_stage_) last_stage_->noteChange(slot);
   }
   // A geom of a slot, or any geom, may be another in a way that ODE reports to no space. The former
   // from many threads at once.
   void noteUnreported(Slot slot) {
-    if (stages_) cache().noteShared(slot);
+    if (stages_) stages_->cache.noteShared(slot);
   }
   void noteAllUnreported() {
-    if (stages_) cache().noteAll();
+    if (stages_) stages_->cache.noteAll();
   }
   // A geom leaves its slot.
   void noteDeparture(const dxGeom* geom, Slot slot) {
@@ -138,12 +138,6 @@ class Pipeline {
 
     std::size_t bytes() const { return bytesOf(geom_update, extraction, cache, pair_filter); }
   };
-
-  Policy& policy() { return stages_->policy; }
-  GeomUpdate& geomUpdate() { return stages_->geom_update; }
-  Extraction& extraction() { return stages_->extraction; }
-  PairCache& cache() { return stages_->cache; }
-  PairFilter& pairFilter() { return stages_->pair_filter; }
 
   bool cleanMany(const Scene& scene, const Settings& settings);
   SceneFacts factsOf(const FrameCall& call);

@@ -59,11 +59,7 @@ bool CoarseBoxes::overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& s
   if (answer_ && !areManyMore(coarse) && ++age_ < retry_frames) return true;
   age_ = 0;
   sampled_of_ = coarse;
-  return answer_ = sampleOverlaps(geoms, states, coarse, most);
-}
-
-bool CoarseBoxes::sampleOverlaps(dxGeom* const* geoms, const Buffer<SlotState>& states,
-                                 std::size_t coarse, std::size_t most) {
+  answer_ = false;
   if (coarse * coarse / 2 <= most) return false;
   const ScopedMode exact(exactMode());
   take(geoms, states, coarse);
@@ -73,7 +69,7 @@ bool CoarseBoxes::sampleOverlaps(dxGeom* const* geoms, const Buffer<SlotState>& 
   for (auto a = sample_.begin(); a != sample_.end(); ++a)
     for (auto b = a + 1; b != sample_.end() && b->box.lower[axis_] <= a->box.upper[axis_]; ++b) {
       in_vain += floatsOverlap(a->box, b->box) && !boxesOverlap(a->geom, b->geom);
-      if (static_cast<double>(in_vain) > most_sampled_pairs) return true;
+      if (static_cast<double>(in_vain) > most_sampled_pairs) return answer_ = true;
     }
   return false;
 }

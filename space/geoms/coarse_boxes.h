@@ -32,8 +32,6 @@ class CoarseBoxes {
     const dxGeom* geom;
   };
   void take(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse);
-  bool sampleOverlaps(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse,
-                      std::size_t most);
 
   std::vector<Sampled> sample_;
   int axis_ = 0;                // by which it is sorted

@@ -21,9 +21,10 @@ inline void prefetchGeom(const dxGeom* geom) {
   prefetchObject(geom, sizeof(dxGeom) + 32);
 }
 
-// What queries read of a geom whose bounds are known; and its bounds.
+// What is read of a geom whose bounds are known; and its bounds.
 inline void prefetchState(const dxGeom* geom) {
   prefetch(&geom->gflags);
+  prefetch(&geom->body);
   prefetch(&geom->collide_bits);
 }
 inline void prefetchBounds(const dxGeom* geom) {

@@ -27,13 +27,6 @@ bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
          boxes.bodies[slot] == numberOf(geom->body);
 }
-// What is read of a geom besides its bounds.
-void prefetchStatus(const dxGeom* geom) {
-  if (!geom) return;
-  prefetch(&geom->gflags);
-  prefetch(&geom->body);
-  prefetch(&geom->category_bits);
-}
 // What is read of a geom when its box is made.
 void prefetchForBox(const dxGeom* geom) {
   if (!geom) return;
@@ -69,7 +62,8 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
     const std::size_t last = std::min(end + ahead, range.end) - 1;
     const bool scattered = areScattered(geoms.geom(begin), geoms.geom(last));
     for (std::size_t i = begin; i < end && scattered; ++i) {
-      if (i + ahead < range.end) prefetchStatus(geoms.geom(i + ahead));
+      if (const dxGeom* const later = i + ahead < range.end ? geoms.geom(i + ahead) : nullptr)
+        prefetchState(later);
       prefetchForBox(geoms.geom(i));
     }
     for (std::size_t i = begin; i < end; ++i) {

@@ -1,7 +1,8 @@
 #include "space/geoms/pair_filter.h"
 
 #include <algorithm>
-#include <cstring>
+#include <atomic>
+#include <utility>
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
@@ -11,8 +12,15 @@
 
 namespace ode_parallel_sap {
 
+namespace {
+
+// Stands in the place of a pair that is to go.
+constexpr Pair dropped_pair = ~Pair{0};
+
+Region verifying("filter: verified pairs"), testing("filter: exact tests"), closing("filter: gaps");
+
 // Whether the geoms decide otherwise than the boxes did.
-struct PairFilter::ExactTest {
+struct ExactTest {
   dxGeom* const* geoms;
   const std::uint32_t* bodies;  // their numbers
   bool every_filter;            // the filter bits beside the boxes do not decide
@@ -40,52 +48,43 @@ struct PairFilter::ExactTest {
             !filtersMatch(a, b));
   }
 
-  // Replaces what it drops by dropped_pair; returns how many it dropped.
-  std::uint32_t markDropped(Pair* begin, Pair* end) const;
+  // Replaces what it drops by dropped_pair; returns whether it dropped any.
+  bool markDropped(Pair* begin, Pair* end) const {
+    bool any = false;
+    for (Pair* pair = begin; pair < end; ++pair) {
+      const bool drop = drops(*pair);
+      *pair = drop ? dropped_pair : *pair & ~borderline_bit;
+      any |= drop;
+    }
+    return any;
+  }
 };
 
-namespace {
-
-// Stands in the place of a pair that is to go.
-constexpr Pair dropped_pair = ~Pair{0};
-
-Region verifying("filter: verified pairs"), testing("filter: exact tests"), closing("filter: gaps");
-
-}  // namespace
-
-std::uint32_t PairFilter::ExactTest::markDropped(Pair* begin, Pair* end) const {
-  std::uint32_t dropped = 0;
-  for (Pair* pair = begin; pair < end; ++pair) {
-    const bool drop = drops(*pair);
-    *pair = drop ? dropped_pair : *pair & ~borderline_bit;
-    dropped += drop;
-  }
-  return dropped;
-}
-
-void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
-                              const PackRules& rules, bool planes, int threads, PairList& pairs) {
-  const UpdateFacts& facts = update.facts();
-  const ExactTest test = {geoms,
-                          update.boxes().bodies.data(),
-                          !facts.exact_bits,
-                          rules.skip_asleep && !rules.skip_static,
-                          rules.notified,
-                          planes && facts.unbounded ? update.states() : nullptr};
-  if (test.everyPair()) {
-    pairs.borderline.clear();
-    for (std::size_t part = 0; part < pairs.parts.size(); ++part)
-      pairs.borderline.push_back({part, 0, pairs.parts[part].size()});
-  }
-  if (!testSegments(test, threads, pairs)) return;
-  for (std::size_t i = 0; i < pairs.parts.size(); ++i)
-    closeGaps(threads, pairs.parts[i], dropped_[i]);
+// Returns whether any pair is dropped.
+bool testSegments(const ExactTest& test, int threads, PairList& pairs) {
+  std::size_t count = 0;
+  for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
+  if (count == 0) return false;
+  const std::size_t segments = pairs.borderline.size();
+  const int team = teamFor(count, grains::geom_tests, threads);
+  const std::size_t pairs_at_once = chunkOf(count, chunk_pairs, threads);
+  const std::size_t chunk = std::max<std::size_t>(segments * pairs_at_once / count, 1);
+  std::atomic<bool> any{false};
+  const ScopedMode mode(exactMode());
+  runChunks(testing, team, segments, chunk, [&](const Range& range, int) {
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const PairList::Segment& segment = pairs.borderline[i];
+      Pair* const part = pairs.parts[segment.part].data();
+      if (test.markDropped(part + segment.begin, part + segment.end)) any = true;
+    }
+  });
+  return any;
 }
 
 // Copies the pairs that their geoms do not rule out; returns the end of the copy. `user_classes`:
 // calls AABBTest functions.
-Pair* PairFilter::verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
-                            const Pair* begin, const Pair* end, Pair* to) {
+Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes, const Pair* begin,
+                const Pair* end, Pair* to) {
   const PairRule rule(rules);
   // Geoms lie anywhere in memory. The earlier one is often that of the pair before.
   constexpr std::ptrdiff_t ahead = prefetch_distance;
@@ -107,6 +106,29 @@ Pair* PairFilter::verifyRun(dxGeom* const* geoms, const PackRules& rules, bool u
   return to;
 }
 
+}  // namespace
+
+void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
+                              const PackRules& rules, bool planes, int threads, PairList& pairs) {
+  const UpdateFacts& facts = update.facts();
+  const ExactTest test = {geoms,
+                          update.boxes().bodies.data(),
+                          !facts.exact_bits,
+                          rules.skip_asleep && !rules.skip_static,
+                          rules.notified,
+                          planes && facts.unbounded ? update.states() : nullptr};
+  if (test.everyPair()) {
+    const std::size_t most = chunkOf(pairs.size(), chunk_pairs, threads);
+    pairs.borderline.clear();
+    for (std::size_t part = 0; part < pairs.parts.size(); ++part)
+      for (std::size_t begin = 0, end; begin < pairs.parts[part].size(); begin = end) {
+        end = std::min(begin + most, pairs.parts[part].size());
+        pairs.borderline.push_back({part, begin, end});
+      }
+  }
+  if (testSegments(test, threads, pairs)) closeGaps(threads, pairs);
+}
+
 void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
                         int threads, const PairList& pairs, PairList& verified) {
   const std::size_t count = pairs.size();
@@ -124,75 +146,22 @@ void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_
   });
 }
 
-// Segments are cut at the ends of blocks, so that what threads take as they come is of like size.
-// Counts what was dropped in each block; false if there was nothing to test.
-bool PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
-  std::size_t count = 0;
-  for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
-  if (count == 0) return false;
-  block_ = chunkOf(count, chunk_pairs, threads);
-  if (dropped_.size() < pairs.parts.size()) dropped_.resize(pairs.parts.size());
-  for (std::size_t i = 0; i < pairs.parts.size(); ++i) {
-    dropped_[i].resizeDiscarding((pairs.parts[i].size() + block_ - 1) / block_);
-    std::fill(dropped_[i].begin(), dropped_[i].end(), 0);
-  }
-  pieces_to_test_.clear();
-  for (const PairList::Segment& segment : pairs.borderline)
-    for (std::size_t begin = segment.begin, end; begin < segment.end; begin = end) {
-      end = std::min((begin / block_ + 1) * block_, segment.end);
-      pieces_to_test_.push_back({segment.part, begin, end});
-    }
-  const std::size_t pieces = pieces_to_test_.size();
-  const int team = teamFor(count, grains::geom_tests, threads);
-  const ScopedMode mode(exactMode());
-  const std::size_t chunk = std::max<std::size_t>(pieces * block_ / count, 1);
-  runChunks(testing, team, pieces, chunk, [&](const Range& range, int) {
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      const PairList::Segment& piece = pieces_to_test_[i];
-      Pair* const part = pairs.parts[piece.part].data();
-      if (const std::uint32_t dropped = test.markDropped(part + piece.begin, part + piece.end))
-        addShared(dropped_[piece.part][piece.begin / block_], dropped);
-    }
-  });
-  return true;
-}
-
-// Takes the dropped pairs out, of which there are so many in each block. Each thread moves its
-// blocks to where they belong; the first of these pairs, which land ahead of the blocks, are put
-// aside until all have moved.
-void PairFilter::closeGaps(int threads, Buffer<Pair>& part, Buffer<std::uint32_t>& dropped) {
-  const std::size_t count = part.size();
-  std::size_t all = 0;
-  for (const std::uint32_t of_block : dropped) all += of_block;
-  if (all == 0) return;
+// Takes the dropped pairs out: each thread copies the others of its share to a part of its own.
+void PairFilter::closeGaps(int threads, PairList& pairs) {
+  const std::size_t count = pairs.size();
   const int most = teamFor(count, grains::passed_pairs, threads);
-  pieces_.assign(static_cast<std::size_t>(most), Piece());
+  closed_.clear(static_cast<std::size_t>(most));
   runTeam(closing, most, [&](int thread, int team) {
-    const Range own = ownPart(dropped.size(), thread, team);
-    std::size_t ahead = 0;
-    for (std::size_t block = 0; block < own.begin; ++block) ahead += dropped[block];
-    Pair* to = part.data() + own.begin * block_;
-    Piece& piece = pieces_[thread];
-    piece.to = to - ahead;
-    const auto move = [&](Pair* begin, Pair* end) {
-      Pair* const rest = begin + std::min<std::size_t>(end - begin, ahead - piece.head.size());
-      piece.head.insert(piece.head.end(), begin, rest);
-      if (rest != to) std::memmove(to, rest, (end - rest) * sizeof(Pair));
-      to += end - rest;
-    };
-    for (std::size_t block = own.begin; block < own.end; ++block) {
-      Pair* begin = part.data() + block * block_;
-      Pair* const end = part.data() + std::min((block + 1) * block_, count);
-      for (std::uint32_t left = dropped[block]; left; --left) {
-        Pair* const gap = std::find(begin, end, dropped_pair);
-        move(begin, gap);
-        begin = gap + 1;
-      }
-      move(begin, end);
-    }
+    const Range own = ownPart(count, thread, team);
+    Buffer<Pair>& part = closed_.parts[static_cast<std::size_t>(thread)];
+    part.resizeDiscarding(own.end - own.begin);
+    Pair* to = part.data();
+    PairCursor(pairs).read(own.begin, own.end, [&](const Pair* begin, const Pair* end) {
+      to = std::remove_copy(begin, end, to, dropped_pair);
+    });
+    part.resize(static_cast<std::size_t>(to - part.data()));
   });
-  for (const Piece& piece : pieces_) std::copy(piece.head.begin(), piece.head.end(), piece.to);
-  part.resize(count - all);
+  std::swap(pairs, closed_);
 }
 
 }  // namespace ode_parallel_sap

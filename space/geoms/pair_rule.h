@@ -90,10 +90,8 @@ class PairRule {
   // Whether it is a pair, of geoms that take part, the AABBTest functions apart. Needs exactMode().
   bool isPair(dxGeom* a, dxGeom* b) const { return boxesOverlap(a, b) && mayPair(a, b); }
   // The same of geoms whose AABBs overlap.
-  bool mayPair(dxGeom* a, dxGeom* b) const { return mayMeet(a, b) && !isClear(a, b); }
-  // The same of geoms that are not clear of a plane.
-  bool mayMeet(const dxGeom* a, const dxGeom* b) const {
-    return filtersMatch(a, b) && !isLeftOut(a, b);
+  bool mayPair(dxGeom* a, dxGeom* b) const {
+    return filtersMatch(a, b) && !isLeftOut(a, b) && !(rules_.cull_planes && areClearByPlane(a, b));
   }
   // Whether a pair found earlier still is one: its geoms may be disabled or have other bits now.
   bool isStillPair(const dxGeom* a, const dxGeom* b) const {
@@ -109,8 +107,6 @@ class PairRule {
     if (a_rests && b_rests) return true;
     return rules_.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
   }
-  // Likewise a plane and what is clear of it.
-  bool isClear(dxGeom* a, dxGeom* b) const { return rules_.cull_planes && areClearByPlane(a, b); }
 
  private:
   static bool isStatic(const dxGeom* geom) { return !geom->body && !IS_SPACE(geom); }

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <new>
+#include <optional>
 #include <typeinfo>
 #include <utility>
 
@@ -233,10 +234,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
-  if (silent_.remove(slot)) {
-    noteMayBeSilent(slot);
-    needs_clean_.store(true, std::memory_order_relaxed);
-  }
+  if (silent_.remove(slot)) noteMayBeSilent(slot);
   observers_.forEach([=](SpaceObserver& observer) { observer.forget(geom); });
   noteMember();
   swept_.remove(geom, slot);
@@ -538,13 +536,20 @@ inline bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
   return true;
 }
 
-// False without memory. Not inline, as is all that a callback need not have above it on the stack.
+// By the tree where queries come often enough to pay for it. False without memory. Not inline, as
+// is all that a callback need not have above it on the stack.
 __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
                                                           QueryLists& lists) {
   try {
     with(treeOf(use), [&](GeomTree& tree) {
-      ode_parallel_sap::findHits(tree, use.isGuest(), Policy::teamFor(slots_.size(), settings_),
-                                 slots_.geoms(), geom, settings_.rules, lists);
+      const ScopedMode mode(exactMode());
+      std::optional<GeomTree::Reader> guest;
+      if (use.isGuest()) guest.emplace(tree);
+      const Buffer<dxGeom*>& geoms = slots_.geoms();
+      const bool may_read =
+          guest ? guest->mayRead()
+                : tree.bringUpToDate(geoms, Policy::teamFor(geoms.size(), settings_));
+      ode_parallel_sap::findHits(may_read ? &tree : nullptr, geoms, geom, settings_.rules, lists);
     });
     lists.found.resizeDiscarding(lists.hits.size());
   } catch (const std::bad_alloc&) {

@@ -95,9 +95,7 @@ void SilentGeoms::list(dxGeom* const* geoms) {
     const auto isOther = [&](Slot slot) {
       return all || changed_.contains(slot) || (lists->any_stock && isDirty(geoms[slot]));
     };
-    const auto isOld = [&](const Within& within) {
-      return !slots_.contains(within.slot) || isOther(within.slot);
-    };
+    const auto isOld = [&](const Within& within) { return isOther(within.slot); };
     lists->within.erase(std::remove_if(lists->within.begin(), lists->within.end(), isOld),
                         lists->within.end());
     lists->meshes.clear();
@@ -113,7 +111,6 @@ void SilentGeoms::list(dxGeom* const* geoms) {
         if (ParallelSAPSpace* const own = parallelSAPSpace(space)) lists->large.push_back(own);
       if (isOther(slot)) listMeshes(space, slot);
     });
-    if (lists->holdNone()) lists_.reset();
   }
   changed_.clear();
   listed_ = within_listed_ = true;

@@ -87,21 +87,17 @@ class SilentGeoms {
     dxGeom* mesh;  // at any depth
   };
 
-  // Null while there is neither a mesh nor a stock space, at any depth, nor a large one of ours.
+  // Null until there is a mesh or a space.
   struct Lists {
     bool any_stock = false;  // at any depth
     std::vector<dxGeom*> meshes, spaces;
     std::vector<Within> within;  // those of a sub-space follow each other
     std::vector<ParallelSAPSpace*> large;
-    bool holdNone() const {
-      return meshes.empty() && within.empty() && large.empty() && !any_stock;
-    }
     std::size_t bytes() const { return bytesOf(meshes, spaces, within, large); }
   };
 
   // Stock spaces that are dirty change without a word.
-  bool isListed() const { return listed_ && !anyStock(); }
-  bool anyStock() const { return lists_ && lists_->any_stock; }
+  bool isListed() const { return listed_ && !(lists_ && lists_->any_stock); }
   bool anyDirty() const;
   void checkAll(dxSpace& space, dxGeom* const* geoms);
   void list(dxGeom* const* geoms);

@@ -8,15 +8,6 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-template <class Real>
-bool isBounded(Real extent) {
-  return extent < std::numeric_limits<Real>::max();
-}
-
-}  // namespace
-
 template <class Real>
 void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
   constexpr Real any = std::numeric_limits<Real>::max();
@@ -32,7 +23,7 @@ void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
       const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
       for (int axis = 0; axis < 3; ++axis) {
         const Real extent = box.upper[axis] - box.lower[axis];
-        if (!isBounded(extent)) continue;
+        if (!(extent < any)) continue;  // unbounded
         const bool is_long = extent > most_short_[axis];
         extents[axis][is_long] += std::max(extent, Real(0));
         ++counts[axis][is_long];

@@ -1,6 +1,7 @@
 #include "space/pairs/cell_coherence.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
@@ -110,7 +111,7 @@ void CellCoherence<Real>::restart(const CellTrees<Real>& trees) {
       spans_.resize(spans_.size() + group_size);
       spansOf(bounds, spans_.end() - group_size);
     });
-  active_.swap(seen_);
+  std::swap(active_, seen_);
   reuses_ = 0;
   known_ = true;
 }

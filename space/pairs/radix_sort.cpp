@@ -30,8 +30,7 @@ void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t coun
   for (std::size_t i = 0; i < count; ++i) to[places[from[i] >> low_bit & mask]++] = from[i];
 }
 
-}  // namespace
-
+// Sorts records[0..count) by bits [low_bit, low_bit + bits), stably.
 void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
                int bits) {
   const int most = count < std::size_t{1} << most_digits ? few_digits : most_digits;
@@ -45,8 +44,6 @@ void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
   }
   if (from != records) std::copy(from, from + count, records);
 }
-
-namespace {
 
 // Sorts pairs whose earlier slots are the same but for some bits.
 void sortBucket(Pair* pairs, Pair* scratch, std::size_t count, int slot_bits, int earlier_bits) {

@@ -26,8 +26,6 @@ void Sweep<Real>::planTasks(int threads) {
       tasks_.push_back({trees_.views(), trees, own, begin, std::min(begin + task_cells, cells)});
 }
 
-// Sorts the boxes into cells, unless those of the last time are good, and packs the trees over
-// them. What `workspace` holds is lost.
 template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
   const ScopedMode mode(exactMode());

@@ -75,44 +75,23 @@ void AxisLists<Real>::reserveLists() {
   }
 }
 
-template <class Real>
-void AxisLists<Real>::fillLists(int threads) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const AxisRows& rows = endpoints_.axis(axis);
-    const std::size_t chunk = chunkOf(rows.pairs(), chunk_pairs, threads);
-    runChunks(filling, threads, rows.pairs(), chunk, [&](const Range& range, int) {
-      fillPlaces(rows, range.begin, range.end, lists_[axis].data());
-    });
-  }
-}
-
-// The pairs [begin, end) of the fullest axis: first those that the second holds too, then those
-// of them that the third does.
+// The pairs [begin, end) of the fullest axis that the others hold, too.
 template <class Real>
 void AxisLists<Real>::meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin,
-                           std::uint64_t end, Buffer<Pair>& both, Buffer<Pair>& found) const {
+                           std::uint64_t end, Buffer<Pair>& found) const {
   const AxisRows &first = endpoints_.axis(axes.fullest), &second = endpoints_.axis(axes.second),
                  &third = endpoints_.axis(axes.third);
-  const Slot* const list = lists_[axes.fullest].data();
-  both.resizeDiscarding(end - begin);
-  Pair* both_end = both.data();
   forRows(first, begin, end, [&](std::uint32_t row, std::uint64_t place, std::uint64_t row_end) {
     const Slot a = first.order[row];
     for (; place < row_end; ++place) {
-      const Slot b = list[place];
-      if (b == no_slot || !holds(second, lists_[axes.second].data(), a, b)) continue;
-      *both_end++ = makePair(a, b);
+      const Slot b = lists_[axes.fullest][place];
+      if (b == no_slot || !holds(second, lists_[axes.second].data(), a, b) ||
+          !holds(third, lists_[axes.third].data(), a, b))
+        continue;
+      Pair pair;
+      if (writePair<Real>(boxes, a, b, &pair) != &pair) found.push_back(pair);
     }
   });
-  const std::size_t count = found.size();
-  found.resize(count + (both_end - both.data()));
-  Pair* found_end = found.data() + count;
-  for (const Pair* pair = both.data(); pair < both_end; ++pair) {
-    const Slot a = earlierOf(*pair), b = laterOf(*pair);
-    if (holds(third, lists_[axes.third].data(), a, b))
-      found_end = writePair<Real>(boxes, a, b, found_end);
-  }
-  found.resize(found_end - found.data());
 }
 
 template <class Real>
@@ -128,13 +107,18 @@ int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
       {endpoints_.axis(0).pairs(), endpoints_.axis(1).pairs(), endpoints_.axis(2).pairs()});
   const std::uint64_t count = endpoints_.axis(axes.fullest).pairs();
   threads = teamFor(count, grains::axis_pairs, threads);
-  fillLists(threads);
+  for (int axis = 0; axis < 3; ++axis) {
+    const AxisRows& rows = endpoints_.axis(axis);
+    runChunks(filling, threads, rows.pairs(), chunkOf(rows.pairs(), chunk_pairs, threads),
+              [&](const Range& range, int) {
+                fillPlaces(rows, range.begin, range.end, lists_[axis].data());
+              });
+  }
 
-  clearForTeam(both_, threads);
   clearForTeam(found_, threads);
   const std::size_t chunk = chunkOf(count, chunk_pairs, threads);
   const int used = runChunks(meeting, threads, count, chunk, [&](const Range& range, int thread) {
-    meet(boxes, axes, range.begin, range.end, both_[thread], found_[thread]);
+    meet(boxes, axes, range.begin, range.end, found_[thread]);
   });
   sortPairs(found_, boxes.size, threads, scratch_, pairs);
   return used;

@@ -5,7 +5,6 @@
 #include "space/base/float_steps.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/pairs/radix_sort.h"
 
 namespace ode_parallel_sap {
 
@@ -21,24 +20,6 @@ std::uint32_t orderOf(float value) {
 std::uint64_t orderOf(double value) {
   const std::uint64_t bits = bitsOf(value + 0.0);  // likewise
   return bits >> 63 ? ~bits : bits | std::uint64_t{1} << 63;
-}
-
-Endpoint<float> makeEndpoint(float value, std::uint32_t id) {
-  return {std::uint64_t{orderOf(value)} << 32 | id};
-}
-Endpoint<double> makeEndpoint(double value, std::uint32_t id) {
-  return {orderOf(value), id};
-}
-
-// Records that come by ascending slot keep that order where the rest is equal.
-void sortEndpoints(Buffer<Endpoint<float>>& endpoints, Buffer<Endpoint<float>>& scratch) {
-  static_assert(sizeof(Endpoint<float>) == sizeof(std::uint64_t), "sorted as plain words");
-  scratch.resizeDiscarding(endpoints.size());
-  if (endpoints.size())
-    radixSort(&endpoints.data()->word, &scratch.data()->word, endpoints.size(), 31, 33);
-}
-void sortEndpoints(Buffer<Endpoint<double>>& endpoints, Buffer<Endpoint<double>>&) {
-  std::sort(endpoints.begin(), endpoints.end());
 }
 
 Region sorting("end points: axes");
@@ -66,29 +47,28 @@ void AxisRows::layOut() {
 template <class Real>
 void EndpointLists<Real>::sort(const BoxSet& boxes, int axis) {
   const BasicBox<Real>* const all = boxesOf<Real>(boxes);
-  Buffer<Endpoint<Real>>& endpoints = axes_[axis].endpoints;
-  endpoints.resizeDiscarding(2 * boxes.size);
-  std::size_t count = 0;
+  std::vector<Endpoint<Real>>& endpoints = axes_[axis].endpoints;
+  endpoints.clear();
+  endpoints.reserve(2 * boxes.size);
   for (std::size_t slot = 0; slot < boxes.size; ++slot) {
     if (!isActive(all[slot])) continue;
     const std::uint32_t id = static_cast<std::uint32_t>(slot);
-    endpoints[count++] = makeEndpoint(all[slot].lower[axis], id);
-    endpoints[count++] = makeEndpoint(all[slot].upper[axis], id | upper_flag);
+    endpoints.emplace_back(orderOf(all[slot].lower[axis]), id);
+    endpoints.emplace_back(orderOf(all[slot].upper[axis]), id | upper_flag);
   }
-  endpoints.resize(count);
-  sortEndpoints(endpoints, axes_[axis].scratch);
+  std::sort(endpoints.begin(), endpoints.end());
 }
 
 template <class Real>
 void EndpointLists<Real>::rank(std::size_t slots, int axis) {
   AxisRows& rows = axes_[axis].rows;
-  const Buffer<Endpoint<Real>>& endpoints = axes_[axis].endpoints;
+  const std::vector<Endpoint<Real>>& endpoints = axes_[axis].endpoints;
   rows.order.resizeDiscarding(endpoints.size() / 2);
   rows.ranks.resizeDiscarding(slots);
   rows.reach.resizeDiscarding(endpoints.size() / 2);
   std::uint32_t lowers = 0;
   for (const Endpoint<Real>& endpoint : endpoints) {
-    const std::uint32_t id = endpoint.id();
+    const std::uint32_t id = endpoint.second;
     if (id & upper_flag) continue;
     rows.ranks[id] = lowers;
     rows.order[lowers++] = id;
@@ -96,7 +76,7 @@ void EndpointLists<Real>::rank(std::size_t slots, int axis) {
   // On its own, as an inverted box's upper bound comes before its rank is known.
   lowers = 0;
   for (const Endpoint<Real>& endpoint : endpoints) {
-    const std::uint32_t id = endpoint.id();
+    const std::uint32_t id = endpoint.second;
     if (id & upper_flag)
       rows.reach[rows.ranks[id & slot_mask]] = lowers;
     else

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
@@ -50,24 +52,8 @@ inline AxisChoice chooseAxes(const std::uint64_t (&pairs)[3]) {
 // One end point of a box. Ascending: by value, the two zeros being one; at one value lower bounds
 // before upper ones, which makes the intervals closed; then by slot.
 template <class Real>
-struct Endpoint;
-template <>
-struct Endpoint<float> {
-  std::uint64_t word;  // value, kind and slot from the top down
-
-  std::uint32_t id() const { return static_cast<std::uint32_t>(word); }
-  bool operator<(const Endpoint& other) const { return word < other.word; }
-};
-template <>
-struct Endpoint<double> {
-  std::uint64_t value;
-  std::uint32_t kind_and_slot;
-
-  std::uint32_t id() const { return kind_and_slot; }
-  bool operator<(const Endpoint& other) const {
-    return value < other.value || (value == other.value && kind_and_slot < other.kind_and_slot);
-  }
-};
+using Endpoint = std::pair<std::conditional_t<sizeof(Real) == 8, std::uint64_t, std::uint32_t>,
+                           std::uint32_t>;  // of the value; kind and slot
 
 template <class Real>
 class EndpointLists {
@@ -79,10 +65,12 @@ class EndpointLists {
 
  private:
   struct Axis {
-    Buffer<Endpoint<Real>> endpoints, scratch;
+    std::vector<Endpoint<Real>> endpoints;
     AxisRows rows;
 
-    std::size_t bytes() const { return bytesOf(endpoints, scratch, rows); }
+    std::size_t bytes() const {
+      return endpoints.capacity() * sizeof(Endpoint<Real>) + rows.bytes();
+    }
   };
   void sort(const BoxSet& boxes, int axis);
   void rank(std::size_t slots, int axis);

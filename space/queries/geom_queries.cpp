@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "space/base/floating_point.h"
 #include "space/base/tuning.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
@@ -68,17 +67,6 @@ void findHits(const GeomTree* tree, const Geoms& geoms, dxGeom* geom, const Pack
     found += isEnabled(own) && rule.mayPair(own, geom);
   }
   hits.resize(found);
-}
-
-void findHits(GeomTree& tree, bool guest, int threads, const Geoms& geoms, dxGeom* geom,
-              const PackRules& rules, QueryLists& lists) {
-  const ScopedMode mode(exactMode());
-  if (guest) {
-    const GeomTree::Reader reader(tree);
-    findHits(reader.mayRead() ? &tree : nullptr, geoms, geom, rules, lists);
-  } else {
-    findHits(tree.bringUpToDate(geoms, threads) ? &tree : nullptr, geoms, geom, rules, lists);
-  }
 }
 
 }  // namespace ode_parallel_sap

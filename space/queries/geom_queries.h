@@ -29,11 +29,6 @@ struct QueryLists {
 void findHits(const GeomTree* tree, const GeomTree::Geoms& geoms, dxGeom* geom,
               const PackRules& rules, QueryLists& lists);
 
-// The same, by the tree where queries come often enough to pay for it, which up to so many threads
-// build. A guest changes nothing but its lists.
-void findHits(GeomTree& tree, bool guest, int threads, const GeomTree::Geoms& geoms, dxGeom* geom,
-              const PackRules& rules, QueryLists& lists);
-
 // So few geoms are tested in one pass, without lists or a tree.
 constexpr std::size_t few_geoms = 16;
 // The slots of so few that are hits: a bit each.

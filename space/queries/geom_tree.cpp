@@ -50,11 +50,32 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
 template <class Tree>
 using RealOf = typename std::remove_reference_t<Tree>::RealType;
 
+template <class Real>
+void findBox(const QueryTree<Real> (&of)[GeomTree::kinds], const BasicBox<Real>& box,
+             GeomTree::Kind first, std::size_t slots, Buffer<Slot>& found) {
+  found.resizeDiscarding(slots + 2 * group_size);
+  std::size_t count = 0;
+  for (int kind = first; kind < GeomTree::kinds; ++kind)
+    if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
+  found.resize(count);
+}
+
+// Where the boxes cannot decide, the AABBs do.
+void dropApart(const GeomTree::Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) {
+  Slot* next = found.data();
+  for (const Slot hit : found) {
+    const Slot slot = hit & ~borderline_slot;
+    *next = slot;
+    next += slot == hit || boxesOverlap(geoms[slot], geom);
+  }
+  found.resize(next - found.data());
+}
+
 }  // namespace
 
 // Returns how many boxes floats make clearly larger.
 template <class Real>
-std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads) {
+std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads, BoxSet (&boxes)[kinds]) {
   for (BoxSet& set : boxes) set.wide = sizeof(Real) > sizeof(float);
   Buffer<BasicBox<Real>>& all = boxBufferOf<Real>(boxes[bounded]);
   all.resizeDiscarding(boxes[bounded].size = geoms.size());
@@ -89,27 +110,17 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads) {
 
 void GeomTree::Tree::build(const Geoms& geoms, int threads) {
   built = false;
+  BoxSet boxes[kinds];
   // A small part of them will do as floats.
-  is_wide = pack<float>(geoms, threads) > geoms.size() / 8 && sizeof(dReal) > sizeof(float);
-  if (is_wide) pack<double>(geoms, threads);
-  for (int kind = 0; kind < kinds; ++kind) {
-    if (is_wide) {
-      boxes[kind].boxes.release();
+  is_wide = pack<float>(geoms, threads, boxes) > geoms.size() / 8 && sizeof(dReal) > sizeof(float);
+  if (is_wide) pack<double>(geoms, threads, boxes);
+  for (int kind = 0; kind < kinds; ++kind)
+    if (is_wide)
       narrow[kind] = {};
-    } else {
-      boxes[kind].wide_boxes.release();
+    else
       wide[kind] = {};
-    }
-  }
-  // Of use again where building comes again.
-  const bool first = ++builds == 1;
   withTrees([&](auto& of) {
-    for (int kind = 0; kind < kinds; ++kind) {
-      of[kind].build(boxes[kind], threads);
-      if (!first) continue;
-      of[kind].releaseScratch();
-      boxes[kind] = BoxSet();
-    }
+    for (int kind = 0; kind < kinds; ++kind) of[kind].build(boxes[kind], threads);
   });
   setUpToDate(geoms.size());
   built = true;
@@ -230,27 +241,6 @@ void GeomTree::find(const Geoms& geoms, Slot slot, const BoxSet& boxes, Buffer<S
   if (boxes.wide || tree_->is_wide) return find(geoms, geoms[slot], found);
   findBox(tree_->narrow, boxes.boxes[slot], bounded, geoms.size(), found);
   dropApart(geoms, geoms[slot], found);
-}
-
-template <class Real>
-void GeomTree::findBox(const QueryTree<Real> (&of)[kinds], const BasicBox<Real>& box, Kind first,
-                       std::size_t slots, Buffer<Slot>& found) {
-  found.resizeDiscarding(slots + 2 * group_size);
-  std::size_t count = 0;
-  for (int kind = first; kind < kinds; ++kind)
-    if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
-  found.resize(count);
-}
-
-// Where the boxes cannot decide, the AABBs do.
-void GeomTree::dropApart(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) {
-  Slot* next = found.data();
-  for (const Slot hit : found) {
-    const Slot slot = hit & ~borderline_slot;
-    *next = slot;
-    next += slot == hit || boxesOverlap(geoms[slot], geom);
-  }
-  found.resize(next - found.data());
 }
 
 }  // namespace ode_parallel_sap

@@ -113,8 +113,6 @@ class GeomTree {
     bool all_changed = false;
     Buffer<Slot> changed;   // since the tree was up to date, unless all_changed; some twice
     std::size_t slots = 0;  // when the tree was up to date
-    unsigned builds = 0;
-    BoxSet boxes[kinds];  // of the last build
     // Slots that are left to one thread, by thread that left them.
     std::vector<Buffer<Slot>> apart;
     QueryTree<float> narrow[kinds];
@@ -125,7 +123,7 @@ class GeomTree {
       return is_wide ? work(wide) : work(narrow);
     }
     template <class Real>
-    std::size_t pack(const Geoms& geoms, int threads);
+    std::size_t pack(const Geoms& geoms, int threads, BoxSet (&boxes)[kinds]);
     void build(const Geoms& geoms, int threads);
     bool refresh(const Geoms& geoms, int threads, double most_rows);
     void setUpToDate(std::size_t slots);
@@ -133,13 +131,9 @@ class GeomTree {
       return withTrees([](auto& of) { return of[bounded].strayRows() + of[other].strayRows(); });
     }
     bool isCurrent() const { return built && !all_changed && changed.size() == 0; }
-    std::size_t bytes() const { return bytesOf(changed, boxes, apart, narrow, wide); }
+    std::size_t bytes() const { return bytesOf(changed, apart, narrow, wide); }
   };
 
-  template <class Real>
-  static void findBox(const QueryTree<Real> (&of)[kinds], const BasicBox<Real>& box, Kind first,
-                      std::size_t slots, Buffer<Slot>& found);
-  static void dropApart(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found);
   // Before the tree is changed: false where others read it. They count themselves first, and see
   // then that it is closed.
   bool close() {

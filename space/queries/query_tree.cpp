@@ -19,12 +19,13 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   const ScopedMode mode(exactMode());
   stray_boxes_.resizeDiscarding(0);
   strays_ = 0;
+  CellOrder<Real> order;
   Buffer<std::uint64_t> workspace;
-  order_.build(boxes, threads, workspace);
+  order.build(boxes, threads, workspace);
   places_.resizeDiscarding(boxes.size);
   std::fill(places_.begin(), places_.end(), nowhere);
-  const CellBoxes of = order_.boxesOfCells();
-  trees_.build(boxes, of, order_.classes(), threads);
+  const CellBoxes of = order.boxesOfCells();
+  trees_.build(boxes, of, order.classes(), threads);
   runTeam(numbering, teamFor(cells(), grains::box_rows, threads), [&](int thread, int team) {
     const Range own = ownPart(cells(), thread, team);
     for (std::size_t cell = own.begin; cell < own.end; ++cell)
@@ -57,7 +58,6 @@ std::uint32_t QueryTree<Real>::addStray(Slot slot) {
   if (lane == 0) {
     stray_boxes_.resize(row + 1);
     for (int i = 0; i < group_size; ++i) put(inactiveBox<Real>(), stray_boxes_[row], i);
-    std::fill_n(stray_boxes_[row].slot, std::size_t{group_size}, slot);
   }
   stray_boxes_[row].slot[lane] = slot;
   return static_cast<std::uint32_t>(cells() * group_size + strays_++);
@@ -72,11 +72,6 @@ std::size_t QueryTree<Real>::find(const BasicBox<Real>& box, Slot* found) const 
   for (std::size_t i = 0; i < trees_.count(); ++i)
     if (trees_.cells(i)) count += kernel.findInTree(trees_.views()[i], query, found + count);
   return count + kernel.findInCells(stray_boxes_.data(), stray_boxes_.size(), query, found + count);
-}
-
-template <class Real>
-void QueryTree<Real>::releaseScratch() {
-  order_ = CellOrder<Real>();
 }
 
 template class QueryTree<float>;

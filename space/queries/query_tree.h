@@ -52,9 +52,7 @@ class QueryTree {
   bool holdsNone() const { return cells() == 0 && strayRows() == 0; }
   // Rows of sixteen strays that each query goes through.
   std::size_t strayRows() const { return stray_boxes_.size(); }
-  // Gives back what only build() needs.
-  void releaseScratch();
-  std::size_t bytes() const { return bytesOf(order_, trees_, places_, stray_boxes_); }
+  std::size_t bytes() const { return bytesOf(trees_, places_, stray_boxes_); }
 
  private:
   // A place is sixteen times a cell's number, counted through all classes, plus a lane. Strays
@@ -68,7 +66,6 @@ class QueryTree {
   void visitInTree(const TreeView<Real>& tree, const RayQuery<Real>& ray, Real& limit,
                    Visit visit) const;
 
-  CellOrder<Real> order_;
   CellTrees<Real> trees_;
   Buffer<std::uint32_t> places_;  // by slot
   Buffer<Group<Real>> stray_boxes_;

@@ -28,30 +28,11 @@ inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real
   return sixteenOf(boxes).overlapping(box, lane);
 }
 
-// The slot of sixteen that comes before all others.
-template <class Real, class Before>
-inline std::uint32_t slotOf(const Group<Real>& boxes, Before before) {
-  std::uint32_t first = boxes.slot[0];
-  for (int lane = 1; lane < group_size; ++lane)
-    first = before(boxes.slot[lane], first) ? boxes.slot[lane] : first;
-  return first;
-}
-template <class Real>
-inline std::uint32_t leastSlot(const Group<Real>& boxes) {
-  return slotOf(boxes, [](std::uint32_t a, std::uint32_t b) { return a < b; });
-}
 template <class Real>
 inline std::uint32_t greatestSlot(const Group<Real>& boxes) {
-  return slotOf(boxes, [](std::uint32_t a, std::uint32_t b) { return a > b; });
-}
-
-// Of the `hits` of sixteen boxes those that only the exact boxes can tell: a bound is equal to the
-// opposite one. Doubles are the exact bounds.
-template <class Real>
-inline unsigned borderlineOf(const Sixteen<Real>& boxes, const Group<Real>& box, unsigned lane,
-                             unsigned hits) {
-  if constexpr (sizeof(Real) == sizeof(float)) return hits & boxes.touching(box, lane);
-  return 0;
+  std::uint32_t greatest = boxes.slot[0];
+  for (const std::uint32_t slot : boxes.slot) greatest = slot > greatest ? slot : greatest;
+  return greatest;
 }
 
 // Which of sixteen boxes may meet box `lane` by their bits and bodies.
@@ -62,12 +43,14 @@ inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const Gro
 }
 
 // Writes the slots of the `hits` of sixteen boxes with box `lane` of `box`, with borderline_slot
-// where only the exact boxes can tell. Returns their number; up to sixteen words are written.
+// where only the exact boxes can tell: a bound is equal to the opposite one. Doubles are the exact
+// bounds. Returns their number; up to sixteen words are written.
 template <class Real>
 inline int writeHits(const Group<Real>& box, unsigned lane, const Sixteen<Real>& boxes,
                      const std::uint32_t* slots, unsigned hits, std::uint32_t* found) {
   Lanes::compress(slots, hits, found);
-  const unsigned borderline = borderlineOf(boxes, box, lane, hits);
+  unsigned borderline = 0;
+  if constexpr (sizeof(Real) == sizeof(float)) borderline = hits & boxes.touching(box, lane);
   for (unsigned left = borderline ? hits : 0; left; left &= left - 1, ++found)
     if (borderline & left & (0u - left)) *found |= borderline_slot;
   return __builtin_popcount(hits);

@@ -180,7 +180,7 @@ void findRows(const RowSearch<Real>& search, RowSpace<Real>& space) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t cell = own.first_cell + i;
       const Group<Real>& boxes = all[cell];
-      const std::size_t chosen = near.choose(cells, i % group_size, leastSlot(boxes));
+      const std::size_t chosen = near.choose(cells, i % group_size, boxes.slot[0]);
       const CellAmongNear<Real> of = {
           all, filters, cell, near.bounds(), space.greatest, space.cell, space.chosen, chosen};
       const unsigned used = static_cast<unsigned>(

@@ -125,7 +125,7 @@ struct Kernels {
   // [begin, end); places at and beyond `count` children stay empty.
   void (*packBounds)(const Group<Real>* children, std::size_t count, std::size_t begin,
                      std::size_t end, Group<Real>* parents);
-  // Finds the rows of all boxes of some cells.
+  // Finds the rows of all boxes of some cells, in which slots ascend.
   void (*findRows)(const RowSearch<Real>& search, RowSpace<Real>& space);
   // Brute force: tests the box in a place against those in all later places, of cells that hold
   // slots 0, 1, 2, ... sixteen by sixteen. Writes the slots of those that overlap, ascending, with
@@ -164,7 +164,7 @@ struct KernelSet {
                            std::size_t count, bool exact, std::uint64_t* pairs);
   // Halves centres along the axis on which they lie farthest apart until sixteen are left. Writes
   // their slots, cell by cell, to `order` from place `first` on, and these places to `starts`: each
-  // cell but the last one has sixteen. `room` is aligned.
+  // cell but the last one has sixteen, in the order of `centres`. `room` is aligned.
   void (*cutIntoCells)(const Centre* centres, std::size_t count, float* room, std::uint32_t first,
                        std::uint32_t* order, std::uint32_t* starts);
   // Writes the pairs of the rows of slots [begin, end), null for none, as they are to be reported;

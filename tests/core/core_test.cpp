@@ -13,7 +13,6 @@
 #include "space/base/parallel.h"
 #include "space/base/round_to_floats.h"
 #include "space/pairs/cell_trees.h"
-#include "space/pairs/radix_sort.h"
 #include "space/pairs/sweep.h"
 #include "space/paper/axis_lists.h"
 #include "space/paper/brute_force.h"
@@ -165,23 +164,6 @@ TEST_CASE("Clusters that no key tells apart are still cut into cells") {
     check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
           wanted);
   }
-}
-
-TEST_CASE("Radix sort agrees with a stable sort, for any count and digits") {
-  sap_test::Random random(sap_test::seedOr(1));
-  for (const std::size_t count : {0, 1, 2, 31, 257, 5000, 40000})
-    for (const int bits : {1, 5, 8, 9, 17, 24}) {
-      INFO(count << " records, " << bits << " bits");
-      std::vector<std::uint64_t> records(count), scratch(count);
-      for (std::uint64_t& record : records) record = random.bits();
-      std::vector<std::uint64_t> wanted = records;
-      const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
-      std::stable_sort(wanted.begin(), wanted.end(), [=](std::uint64_t a, std::uint64_t b) {
-        return (a >> 32 & mask) < (b >> 32 & mask);
-      });
-      radixSort(records.data(), scratch.data(), count, 32, bits);
-      REQUIRE(records == wanted);
-    }
 }
 
 TEST_CASE("Bounds become the nearest floats that are finite, in their order, whatever their bits") {

@@ -214,7 +214,7 @@ const Work kWorks[] = {
       "rows: pairs"}},
     {"crowds in one place",
      framesOf(dParallelSAPMethodSweep, populateWithCrowds, moveSome),
-     {"radix sort: counts", "radix sort: scatter", "radix sort: copy"}},
+     {"pair sort: counts", "pair sort: buckets", "pair sort: pairs"}},
     {"brute force",
      framesOf(dParallelSAPMethodBruteForce, populateDensely, moveAll),
      {"brute force: pairs"}},
