@@ -182,10 +182,16 @@ void ParallelSAPSpace::printTotals() const {
   });
 }
 
-// ODE's own function goes through the list.
+// ODE's own function goes through the list, from the geom of the last call if this one is the next.
 dxGeom* ParallelSAPSpace::getGeom(int index) {
-  if (index < 0 || index >= count) return dxSpace::getGeom(index);
-  return slots_.at(static_cast<std::size_t>(index), static_cast<std::size_t>(count));
+  const bool is_next = current_geom && current_index == index - 1;
+  if (index < 0 || index >= count || is_next) return dxSpace::getGeom(index);
+  dxGeom* const geom = slots_.at(static_cast<std::size_t>(index), static_cast<std::size_t>(count));
+  if (slots_.size() != static_cast<std::size_t>(count)) {
+    current_geom = geom;
+    current_index = index;
+  }
+  return geom;
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
