@@ -43,8 +43,8 @@ inline void freeAligned(void* data) {
 }
 // Relaxed atomic accesses to words that other code reads and writes as they are.
 template <class Word>
-[[gnu::always_inline]] inline void orShared(Word& word, Word bits) {
-  __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
+[[gnu::always_inline]] inline Word orShared(Word& word, Word bits) {
+  return __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
 }
 
 template <class Word>

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "space/base/buffer.h"
+#include "space/base/slot_set.h"
 #include "space/base/tuning.h"
 #include "space/queries/query_tree.h"
 
@@ -117,6 +118,7 @@ class GeomTree {
     BoxSet boxes[kinds];  // of the last build
     // Slots that are left to one thread, by thread that left them.
     std::vector<Buffer<Slot>> apart;
+    SlotSet seen;  // by one of the threads
     QueryTree<float> narrow[kinds];
     QueryTree<double> wide[kinds];
 
@@ -133,7 +135,7 @@ class GeomTree {
       return withTrees([](auto& of) { return of[bounded].strayRows() + of[other].strayRows(); });
     }
     bool isCurrent() const { return built && !all_changed && changed.size() == 0; }
-    std::size_t bytes() const { return bytesOf(changed, boxes, apart, narrow, wide); }
+    std::size_t bytes() const { return bytesOf(changed, boxes, apart, seen, narrow, wide); }
   };
 
   template <class Real>
