@@ -43,8 +43,8 @@ inline void freeAligned(void* data) {
 }
 // A relaxed atomic access to a word that other code reads and writes as it is.
 template <class Word>
-[[gnu::always_inline]] inline void orShared(Word& word, Word bits) {
-  __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
+[[gnu::always_inline]] inline Word orShared(Word& word, Word bits) {
+  return __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
 }
 
 // Bytes that can be taken without another program giving any up; 0 where that is not known. On

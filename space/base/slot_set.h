@@ -14,8 +14,10 @@ class SlotSet {
   static constexpr std::size_t word_slots = 64;  // fixed: bits of a word
 
   void insert(Slot slot) { words_[slot / word_slots] |= bitOf(slot); }
-  // Many threads may do so at once.
-  void insertShared(Slot slot) { orShared(words_[slot / word_slots], bitOf(slot)); }
+  // Many threads may do so at once. Returns whether it was not there.
+  bool insertShared(Slot slot) {
+    return !(orShared(words_[slot / word_slots], bitOf(slot)) & bitOf(slot));
+  }
   void erase(Slot slot) { words_[slot / word_slots] &= ~bitOf(slot); }
   bool contains(Slot slot) const { return (words_[slot / word_slots] & bitOf(slot)) != 0; }
 

@@ -142,6 +142,11 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
   };
   const int most = teamFor(count, grains::changed_boxes, threads);
   clearForTeam(apart, most);
+  const bool some_twice = most > 1 && !all_changed;
+  if (some_twice) {
+    seen.growTo(geoms.size());
+    seen.clear();
+  }
   const bool few = withTrees([&](auto& of) {
     using Real = RealOf<decltype(of[0])>;
     runTeam(moving, most, [&](int thread, int team) {
@@ -157,6 +162,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
         }
         const Slot slot = slotAt(i);
         const dxGeom* const geom = geomAt(geoms, slot);
+        if (some_twice && geom && !seen.insertShared(slot)) continue;
         bool coarse;
         if (!geom || !hasBoundedHits(geom) ||
             !of[bounded].moveWithin(slot, boxOf<Real>(geom, coarse)))

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "space/base/buffer.h"
+#include "space/base/slot_set.h"
 #include "space/base/tuning.h"
 #include "space/queries/query_tree.h"
 
@@ -115,6 +116,7 @@ class GeomTree {
     std::size_t slots = 0;  // when the tree was up to date
     // Slots that are left to one thread, by thread that left them.
     std::vector<Buffer<Slot>> apart;
+    SlotSet seen;  // by one of the threads
     QueryTree<float> narrow[kinds];
     QueryTree<double> wide[kinds];
 
@@ -131,7 +133,7 @@ class GeomTree {
       return withTrees([](auto& of) { return of[bounded].strayRows() + of[other].strayRows(); });
     }
     bool isCurrent() const { return built && !all_changed && changed.size() == 0; }
-    std::size_t bytes() const { return bytesOf(changed, apart, narrow, wide); }
+    std::size_t bytes() const { return bytesOf(changed, apart, seen, narrow, wide); }
   };
 
   // Before the tree is changed: false where others read it. They count themselves first, and see

@@ -306,3 +306,20 @@ TEST_CASE("Geoms that are too many for one thread are found where they have move
     dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(3 * i), 100, 0);
   CHECK(collide2(space, probe).empty());
 }
+
+// ThreadSanitizer sees it if two threads write the box of one of them.
+TEST_CASE("Geoms that moved twice since the last query are found where they are", "[queries]") {
+  const Space space;
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  for (int i = 0; i < 4000; ++i)
+    dGeomSetPosition(dCreateSphere(space, 1), static_cast<dReal>(3 * i), 0, 0);
+  const Probe probe(dCreateSphere(nullptr, 1));
+  for (int round = 0; round < 3; ++round) {
+    for (int i = 0; i < 40; ++i) CHECK(collide2(space, probe).size() == 1);
+    for (const dReal height : {dReal(0.01), dReal(0)}) {
+      for (int i = 0; i < 300; ++i)
+        dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(3 * i), height, 0);
+      dSpaceClean(space);
+    }
+  }
+}
