@@ -218,11 +218,16 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     const std::size_t changed = tree_->all_changed ? geoms.size() : tree_->changed.size();
     const double cost = static_cast<double>(changed) * refresh_cost;
     if (!must && cost > expected * slots) return false;
+    const bool most = cost > slots;  // a build may cost less
     const double most_rows =
-        cost > slots ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
+        most ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
     if (!close()) return is_current;
-    up_to_date =
-        is_cheap && mechanisms::kept_query_tree && tree_->refresh(geoms, threads, most_rows);
+    if (most && back_off_.waits()) {
+      back_off_.pass();
+    } else if (is_cheap && mechanisms::kept_query_tree) {
+      up_to_date = tree_->refresh(geoms, threads, most_rows);
+      if (most) up_to_date ? back_off_.paid() : back_off_.failed();
+    }
   }
   if (!up_to_date) {
     if ((!must && build_cost > expected) || !close()) return false;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "space/base/back_off.h"
 #include "space/base/buffer.h"
 #include "space/base/slot_set.h"
 #include "space/base/tuning.h"
@@ -154,6 +155,7 @@ class GeomTree {
   double queries_ = 0;       // since a great part of the geoms changed
   double last_queries_ = 0;  // between the two great changes before
   double stray_rows_ = 0;    // gone through by all queries since the tree was built
+  BackOff back_off_{2};      // where most geoms leave their cells between queries
 };
 
 // The tree of a sub-space without further spaces in it, up to date.
