@@ -60,11 +60,20 @@ std::size_t PairMerge::run(const Task& task, const SlotSet& changed, Buffer<Pair
   return merged.size() - found_pairs;
 }
 
+// The filter leaves what it has dropped some of in several parts.
+const Buffer<Pair>& PairMerge::inOnePart(const PairList& found) {
+  if (found.size() == found.parts[0].size()) return found.parts[0];
+  joined_.resizeDiscarding(found.size());
+  Pair* end = joined_.data();
+  for (const Buffer<Pair>& part : found.parts) end = std::copy(part.begin(), part.end(), end);
+  return joined_;
+}
+
 // Cuts the pairs into parts of like length, and the found ones where those begin.
-void PairMerge::planTasks(const PairList& pairs, const PairList& found, int threads) {
+void PairMerge::planTasks(const PairList& pairs, const Buffer<Pair>& found, int threads) {
   const std::size_t task_pairs = chunkOf(pairs.size(), part_pairs, threads);
-  const Pair* const found_begin = found.parts[0].begin();
-  const Pair* const found_end = found.parts[0].end();
+  const Pair* const found_begin = found.begin();
+  const Pair* const found_end = found.end();
   tasks_.clear();
   for (const Buffer<Pair>& part : pairs.parts) {
     const std::size_t pieces = std::max<std::size_t>(part.size() / task_pairs, 1);
@@ -84,7 +93,7 @@ void PairMerge::planTasks(const PairList& pairs, const PairList& found, int thre
 
 std::size_t PairMerge::replace(const SlotSet& changed, const PairList& found, int threads,
                                PairList& pairs) {
-  planTasks(pairs, found, threads);
+  planTasks(pairs, inOnePart(found), threads);
   merged_.clear(tasks_.size());
   std::atomic<std::size_t> kept{0};
   const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
