@@ -61,7 +61,7 @@ def frames_of(command, limit):
 
 def measure(options, bodies, space):
     threads = len(os.sched_getaffinity(0))
-    ours = space.startswith("ours")
+    ours = "parallel" in SPACES[space]
     settle, in_ours, in_theirs = STEPS.get(bodies, (150, 30, 10))
     steps = options.steps or (in_ours if ours else in_theirs)
     command = [options.pile, "--bodies", str(bodies), "--steps", str(steps + DROPPED),
