@@ -23,8 +23,8 @@ SPACES = {"dHashSpace": ["--space", "hash"],
           "dSweepAndPruneSpace": ["--space", "sap"],
           "the one line": ["--space", "parallel", "--narrow", "serial"],
           "parallel contacts": ["--space", "parallel", "--narrow", "parallel"]}
-# Steps to settle, and steps that are measured, in ours and in ODE's spaces: fewer where one takes a second.
-STEPS = {1000: (150, 60, 60), 10000: (150, 30, 20), 50000: (100, 12, 5)}
+# Steps to settle, and steps that are measured, the same in all spaces.
+STEPS = {1000: (150, 60), 10000: (150, 20), 50000: (100, 8)}
 DROPPED = 2
 PARTS = ["broad_ms", "narrow_ms", "joints_ms", "solver_ms"]
 COLUMNS = ["bodies", "space", "status", "threads", "steps", "pairs", "contacts"] + PARTS + [
@@ -62,9 +62,8 @@ def frames_of(command, limit):
 def measure(options, bodies, space):
     threads = len(os.sched_getaffinity(0))
     ours = "parallel" in SPACES[space]
-    settle, in_ours, in_theirs = STEPS.get(bodies, (150, 30, 10))
-    steps = options.steps or (in_ours if ours else in_theirs)
-    command = [options.pile, "--bodies", str(bodies), "--steps", str(steps + DROPPED),
+    settle, steps = STEPS.get(bodies, (150, 10))
+    command = [options.pile, "--bodies", str(bodies), "--steps", str((options.steps or steps) + DROPPED),
                "--settle", str(options.settle or settle)]
     frames = frames_of(command + SPACES[space], options.limit)
     row = {"bodies": bodies, "space": space, "threads": threads if ours else 1}
