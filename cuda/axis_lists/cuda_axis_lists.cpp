@@ -14,7 +14,7 @@
 #include "space/base/pair_finder.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/pairs/radix_sort.h"
+#include "space/pairs/pair_sort.h"
 
 namespace ode_parallel_sap {
 

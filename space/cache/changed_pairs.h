@@ -12,7 +12,7 @@
 #include "space/base/parallel.h"
 #include "space/base/slot_set.h"
 #include "space/base/tuning.h"
-#include "space/pairs/radix_sort.h"
+#include "space/pairs/pair_sort.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {

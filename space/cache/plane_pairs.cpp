@@ -7,7 +7,7 @@
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/geoms/pair_rule.h"
-#include "space/pairs/radix_sort.h"
+#include "space/pairs/pair_sort.h"
 
 namespace ode_parallel_sap {
 
@@ -35,12 +35,12 @@ void PlanePairs::take(dxGeom* const* geoms, GeomUpdate& update, int threads) {
     const ScopedMode mode(exactMode());
     const Range own = ownPart(boxes.size, thread, team);
     for (const Slot slot : planes_) {
-      const dxGeom* const plane = geoms[slot];
+      const dxPlane* const plane = static_cast<const dxPlane*>(geoms[slot]);
       for (Slot other = static_cast<Slot>(own.begin); other < own.end; ++other) {
         if (states[other] & no_box_state || other == slot || (other < slot && set_.contains(other)))
           continue;
         const dxGeom* const geom = geoms[other];
-        if (!areClearByPlane(plane, geom) && boxesOverlap(plane, geom) &&
+        if (!isClearOfPlane(geom->aabb, plane->p) && boxesOverlap(plane, geom) &&
             passesFilters(boxes, slot, other))
           parts_[thread].push_back(makePair(std::min(slot, other), std::max(slot, other)));
       }

@@ -6,7 +6,7 @@
 
 #include "space/base/buffer.h"
 #include "space/base/pair_finder.h"
-#include "space/pairs/radix_sort.h"
+#include "space/pairs/pair_sort.h"
 #include "space/paper/endpoint_lists.h"
 
 namespace ode_parallel_sap {

@@ -1,4 +1,4 @@
-#include "space/pairs/radix_sort.h"
+#include "space/pairs/pair_sort.h"
 
 #include <algorithm>
 #include <utility>
