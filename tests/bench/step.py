@@ -6,9 +6,9 @@
 
 Runs the example's pile of boxes in dHashSpace, in dSweepAndPruneSpace and in the parallel space, in this with
 contacts found by a loop and on its threads. Before what is measured the pile has settled in one and the same
-way, so that all begin with the same boxes in the same places. A row has the median of each part over its steps
-but the first two, in which a space takes memory and finds out about its machine; `step_ms` is their sum. What
-takes longer than --limit seconds is left out, and its row says so.
+way, so that all begin with the same boxes in the same places. They take turns. A row has the median of each part
+over the steps of all turns but the first two of each, in which a space takes memory and finds out about its
+machine; `step_ms` is their sum. What takes longer than --limit seconds is left out, and its row says so.
 """
 import argparse
 import csv
@@ -59,16 +59,18 @@ def frames_of(command, limit):
             return list(csv.DictReader(rows))[DROPPED:]
 
 
-def measure(options, bodies, space):
-    threads = len(os.sched_getaffinity(0))
-    ours = "parallel" in SPACES[space]
+def run(options, bodies, space):
     settle, steps = STEPS.get(bodies, (150, 10))
-    command = [options.pile, "--bodies", str(bodies), "--steps", str((options.steps or steps) + DROPPED),
-               "--settle", str(options.settle or settle)]
-    frames = frames_of(command + SPACES[space], options.limit)
-    row = {"bodies": bodies, "space": space, "threads": threads if ours else 1}
-    if isinstance(frames, str):
-        return dict(row, status=frames)
+    return frames_of([options.pile, "--bodies", str(bodies), "--steps", str((options.steps or steps) + DROPPED),
+                      "--settle", str(options.settle or settle)] + SPACES[space], options.limit)
+
+
+def row_of(bodies, space, turns):
+    ours = "parallel" in SPACES[space]
+    row = {"bodies": bodies, "space": space, "threads": len(os.sched_getaffinity(0)) if ours else 1}
+    if isinstance(turns[-1], str):
+        return dict(row, status=turns[-1])
+    frames = sum(turns, [])
     typical = {name: statistics.median(float(frame[name]) for frame in frames) for name in ["pairs", "contacts"] + PARTS}
     typical["step_ms"] = sum(typical[name] for name in PARTS)
     row.update({name: ("%.0f" if name in ("pairs", "contacts") else "%.4f") % value for name, value in typical.items()})
@@ -82,6 +84,7 @@ def main():
     parser.add_argument("--bodies", type=int, nargs="+", default=list(STEPS))
     parser.add_argument("--settle", type=int, help="steps before those that are measured, instead of as many")
     parser.add_argument("--steps", type=int, help="steps that are measured, instead of as many as the size has")
+    parser.add_argument("--turns", type=int, default=5, help="runs of each space")
     parser.add_argument("--limit", type=float, default=90, help="seconds that a run may take")
     options = parser.parse_args()
     where = {"cpu": cpu_name(), "cores": len(os.sched_getaffinity(0)), "commit": commit(),
@@ -91,8 +94,13 @@ def main():
         out = csv.DictWriter(file, COLUMNS)
         out.writeheader()
         for bodies in options.bodies:
-            for space in SPACES:
-                row = measure(options, bodies, space)
+            turns = {space: [] for space in SPACES}
+            for _ in range(options.turns):
+                for space, runs in turns.items():
+                    if not runs or not isinstance(runs[-1], str):
+                        runs.append(run(options, bodies, space))
+            for space, runs in turns.items():
+                row = row_of(bodies, space, runs)
                 out.writerow(dict(row, **where))
                 file.flush()
                 print(bodies, space, row["status"], row.get("step_ms", ""), flush=True)

@@ -22,7 +22,8 @@ class Step(unittest.TestCase):
 
     def record(self, *options, path=os.environ["PATH"]):
         subprocess.run([sys.executable, os.path.join(HERE, "step.py"), "--pile", program, "--out", self.file, "--steps", "4",
-                        "--settle", "120", *options], check=True, stdout=subprocess.DEVNULL, env=dict(os.environ, PATH=path))
+                        "--settle", "120", "--turns", "2", *options], check=True, stdout=subprocess.DEVNULL,
+                       env=dict(os.environ, PATH=path))
         with open(self.file, newline="") as rows:
             return list(csv.DictReader(rows))
 
@@ -31,7 +32,9 @@ class Step(unittest.TestCase):
         self.assertEqual([(row["bodies"], row["space"]) for row in rows],
                          [(size, space) for size in ("150", "300") for space in step.SPACES])
         for row in rows:
-            self.assertEqual((row["status"], row["steps"], row["commit"]), ("ok", "4", ""))
+            self.assertEqual((row["status"], row["steps"], row["commit"]), ("ok", "8", ""))
+            ours = not row["space"].startswith("d")
+            self.assertEqual(int(row["threads"]), len(os.sched_getaffinity(0)) if ours else 1)
             self.assertGreater(int(row["contacts"]), 50)
             self.assertAlmostEqual(sum(float(row[part]) for part in step.PARTS), float(row["step_ms"]), delta=0.001)
         for four in rows[:4], rows[4:]:
