@@ -12,8 +12,8 @@
 namespace ode_parallel_sap {
 
 // The system of Avril, Gouranton and Arnaldi ("Collision Detection: Broad Phase Adaptation from
-// Multi-Core to Multi-GPU Architecture", section 5.1), on the CPU: end points are sorted along
-// each axis, all pairs that overlap on an axis become a list, and each pair of the longest list is
+// Multi-Core to Multi-GPU Architecture", section 5.1), on the CPU: boxes are sorted along each
+// axis, all pairs that overlap on an axis become a list, and each pair of the longest list is
 // looked up in the second one; what both hold is looked up in the third.
 //
 // A list has 4 bytes a pair, and a scene has n^(5/3) pairs an axis at least, n^2 in the worst case:
@@ -22,7 +22,7 @@ namespace ode_parallel_sap {
 template <class Real>
 class AxisLists : public PairFinder {
  public:
-  // Throws ListsTooLong, with the lists of end points up to date and no memory taken for pairs.
+  // Throws ListsTooLong, with the boxes sorted and no memory taken for pairs.
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
   std::size_t bytes() const override { return bytesOf(endpoints_, lists_, found_, scratch_); }
   // The most bytes the three lists may take; 0, the default: half of what the machine has free.

@@ -1,17 +1,15 @@
-// The end points of all boxes, sorted along each axis.
+// The boxes sorted by their lower bounds along each axis, and how far their upper ones reach.
 #pragma once
 
 #include <cstdint>
-#include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 
 namespace ode_parallel_sap {
 
-// What follows from a sorted list of end points for one axis. Boxes are numbered (slots, or numbers
+// What follows from the sorted lower bounds of one axis. Boxes are numbered (slots, or numbers
 // within a part of the scene); their ranks are their places in the order of their lower bounds. The
 // pairs that overlap on the axis lie in rows: row i holds the pairs of the box of rank i with those
 // of ranks i + 1 up to, but not including, reach[i], one after the other. So a pair's place in the
@@ -49,33 +47,16 @@ inline AxisChoice chooseAxes(const std::uint64_t (&pairs)[3]) {
   return axes;
 }
 
-// One end point of a box. Ascending: by value, the two zeros being one; at one value lower bounds
-// before upper ones, which makes the intervals closed; then by slot.
-template <class Real>
-using Endpoint = std::pair<std::conditional_t<sizeof(Real) == 8, std::uint64_t, std::uint32_t>,
-                           std::uint32_t>;  // of the value; kind and slot
-
 template <class Real>
 class EndpointLists {
  public:
-  // Makes the lists of these boxes.
+  // Makes the rows of these boxes.
   void update(const BoxSet& boxes, int threads);
-  const AxisRows& axis(int axis) const { return axes_[axis].rows; }
-  std::size_t bytes() const { return bytesOf(axes_); }
+  const AxisRows& axis(int axis) const { return rows_[axis]; }
+  std::size_t bytes() const { return bytesOf(rows_); }
 
  private:
-  struct Axis {
-    std::vector<Endpoint<Real>> endpoints;
-    AxisRows rows;
-
-    std::size_t bytes() const {
-      return endpoints.capacity() * sizeof(Endpoint<Real>) + rows.bytes();
-    }
-  };
-  void sort(const BoxSet& boxes, int axis);
-  void rank(std::size_t slots, int axis);
-
-  Axis axes_[3];
+  AxisRows rows_[3];
 };
 
 }  // namespace ode_parallel_sap
