@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuda/one/elements.h"
-#include "space/base/mean_extents.h"
+#include "space/base/both_sides.h"
 
 namespace ode_parallel_sap {
 namespace device {

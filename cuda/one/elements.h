@@ -7,7 +7,6 @@
 #include "cuda/one/scene_plan.h"
 #include "cuda/one/size_rules.h"
 #include "space/base/both_sides.h"
-#include "space/base/float_steps.h"
 
 namespace ode_parallel_sap {
 namespace device {

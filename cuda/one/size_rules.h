@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "space/base/both_sides.h"
-#include "space/base/float_steps.h"
 
 namespace ode_parallel_sap {
 namespace size_rules {

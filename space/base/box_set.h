@@ -60,11 +60,6 @@ struct BoxSet {
   bool filter_bodies = false;
   bool exact = false;  // whether no pair needs the exact test
 
-  // Calls use(buffer) with the one of the two that is filled.
-  template <class Use>
-  void withBoxes(Use use) {
-    wide ? use(wide_boxes) : use(boxes);
-  }
   void deactivate(Slot slot) {
     if (wide)
       wide_boxes[slot] = inactiveBox<double>();

@@ -29,8 +29,8 @@ inline Range partOf(std::size_t count, int part, int parts, std::size_t step = 1
 }
 
 // The same of a thread of a team.
-inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 1) {
-  const Range range = partOf(count, part, parts, step);
+inline Range ownPart(std::size_t count, int part, int parts) {
+  const Range range = partOf(count, part, parts);
   if (range.begin < range.end) noteWork();
   return range;
 }

@@ -9,7 +9,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "space/base/float_steps.h"
+#include "space/base/both_sides.h"
 #include "space/base/floating_point.h"
 #include "space/geoms/ode_private.h"
 

@@ -130,7 +130,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
   for (bool repeated = false;; repeated = true) {
-    boxes_.withBoxes([slots](auto& all) { all.resizeDiscarding(slots); });
+    boxes_.wide ? boxes_.wide_boxes.resizeDiscarding(slots) : boxes_.boxes.resizeDiscarding(slots);
     const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
       states_[slot] = packer_.pack(geom, slot, part, boxes_);
       if (states_[slot]) count(states_[slot], 1, part.facts);
@@ -268,7 +268,7 @@ void GeomUpdate::resizeTo(std::size_t slots) {
     watched_.erase(static_cast<Slot>(slot));
   }
   boxes_.size = slots;
-  boxes_.withBoxes([slots](auto& all) { all.resize(slots); });
+  boxes_.wide ? boxes_.wide_boxes.resize(slots) : boxes_.boxes.resize(slots);
   boxes_.bits.resize(slots);
   boxes_.bodies.resize(slots);
   states_.resize(slots);

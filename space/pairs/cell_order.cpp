@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "space/base/mean_extents.h"
+#include "space/base/both_sides.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 
