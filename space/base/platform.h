@@ -4,29 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-
-#if defined(_WIN32)
-#include <malloc.h>
-#endif
 
 namespace ode_parallel_sap {
-
-// `size` is a multiple of `alignment`. Null where there is no memory.
-inline void* allocateAligned(std::size_t alignment, std::size_t size) {
-#if defined(_WIN32)
-  return _aligned_malloc(size, alignment);
-#else
-  return std::aligned_alloc(alignment, size);
-#endif
-}
-inline void freeAligned(void* data) {
-#if defined(_WIN32)
-  _aligned_free(data);
-#else
-  std::free(data);
-#endif
-}
 
 // Fetches the line of the cache that holds a place. To GCC (12) a function that does nothing else
 // has no effect, and calls of such functions that it does not inline early are left out: all of the

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <new>
 
-#include "space/base/platform.h"
 #include "space/base/tuning.h"
 
 #if defined(__linux__)
@@ -27,13 +26,10 @@ class Storage {
   }
   // `size` is that of sizeFor(). Throws std::bad_alloc.
   static void* allocate(std::size_t size) {
-    void* const data =
-        isMapped(size) ? map(size) : allocateAligned(size < least_aligned ? unit : line, size);
-    if (!data) throw std::bad_alloc();
-    return data;
+    return isMapped(size) ? map(size) : ::operator new(size, alignmentOf(size));
   }
   // `data` may be null.
-  static void deallocate(void* data, [[maybe_unused]] std::size_t size) {
+  static void deallocate(void* data, std::size_t size) {
 #if defined(__linux__)
     if (data && isMapped(size)) {
       if (const Watcher watcher = before_unmapping.load(std::memory_order_acquire)) watcher(data);
@@ -41,7 +37,7 @@ class Storage {
       return;
     }
 #endif
-    freeAligned(data);
+    ::operator delete(data, alignmentOf(size));
   }
 
   // Called with each storage of the system's own pages before it goes, as long as it is set: a
@@ -65,15 +61,19 @@ class Storage {
  private:
   static constexpr std::size_t line = 64, page = 4096;  // fixed: the machine's
 
+  static std::align_val_t alignmentOf(std::size_t size) {
+    return std::align_val_t{size < least_aligned ? unit : line};
+  }
 #if defined(__linux__)
   static void* map(std::size_t size) {
     void* const mapped =
         mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    return mapped == MAP_FAILED ? nullptr : mapped;
+    if (mapped == MAP_FAILED) throw std::bad_alloc();
+    return mapped;
   }
 #else
   static void* map(std::size_t) {
-    return nullptr;
+    throw std::bad_alloc();
   }
 #endif
 };

@@ -76,6 +76,16 @@ void* operator new[](std::size_t bytes) {
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   return Allocations::fails() ? nullptr : std::malloc(bytes ? bytes : 1);
 }
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+  void* const memory = Allocations::fails()
+                           ? nullptr
+                           : std::aligned_alloc(static_cast<std::size_t>(alignment), bytes);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
 void operator delete(void* memory) noexcept {
   std::free(memory);
 }
@@ -89,16 +99,11 @@ void operator delete[](void* memory, std::size_t) noexcept {
   std::free(memory);
 }
 
-// The linker puts these in the place of the C library's (--wrap).
+// The linker puts this in the place of the C library's (--wrap).
 extern "C" {
-void* __real_aligned_alloc(std::size_t alignment, std::size_t bytes);
 void* __real_mmap(void* at, std::size_t bytes, int protection, int flags, int file, off_t offset);
-void* __wrap_aligned_alloc(std::size_t alignment, std::size_t bytes);
 void* __wrap_mmap(void* at, std::size_t bytes, int protection, int flags, int file, off_t offset);
 
-void* __wrap_aligned_alloc(std::size_t alignment, std::size_t bytes) {
-  return Allocations::fails() ? nullptr : __real_aligned_alloc(alignment, bytes);
-}
 void* __wrap_mmap(void* at, std::size_t bytes, int protection, int flags, int file, off_t offset) {
   return Allocations::fails() ? MAP_FAILED
                               : __real_mmap(at, bytes, protection, flags, file, offset);
