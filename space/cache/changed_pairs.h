@@ -23,9 +23,9 @@ class ChangedPairs {
  public:
   // Leaves in found(), ascending, the pairs of active `boxes` that one of the slots `changed` is in
   // and that pass the filters. `set` has all of these, and none that is there but them.
-  // meet(slot, hits) leaves in `hits` the slots, bits beside them, whose boxes overlap that of a
-  // slot, which may be among them, as may be some that are gone, and unless `all_active` some that
-  // are inactive. It is called on up to so many threads. Returns the number used.
+  // meet(slot, hits) leaves in `hits` the slots whose boxes overlap that of a slot, which may be
+  // among them, as may be some that are gone, and unless `all_active` some that are inactive. It is
+  // called on up to so many threads. Returns the number used.
   template <class Meet>
   int find(const BoxSet& boxes, bool all_active, const Buffer<Slot>& changed, const SlotSet& set,
            int threads, Meet meet) {
@@ -57,8 +57,7 @@ class ChangedPairs {
   // A pair of two changed ones is that of the later one.
   static void addPairs(const BoxSet& boxes, bool all_active, Slot slot, const SlotSet& set,
                        const Buffer<Slot>& hits, Buffer<Pair>& pairs) {
-    for (Slot hit : hits) {
-      hit &= ~borderline_slot;
+    for (const Slot hit : hits) {
       if (hit >= boxes.size || hit == slot || (hit > slot && set.contains(hit)) ||
           !(all_active || isActive(boxes, hit)) || !passesFilters(boxes, slot, hit))
         continue;

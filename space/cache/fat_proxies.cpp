@@ -227,6 +227,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
                                        [&](Slot slot, Buffer<Slot>& hits) {
                                          hits.resizeDiscarding(tree_.most());
                                          hits.resize(tree_.find(fat_.boxes[slot], hits.data()));
+                                         for (Slot& hit : hits) hit /= 2;
                                        });
   kept_ = merge_.replace(left_, changed_pairs_.found(), threads, candidates_);
   return used;

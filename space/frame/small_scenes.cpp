@@ -28,19 +28,16 @@ __attribute__((noinline)) unsigned findByVectors(SmallLists& lists, unsigned cou
       boxes.lower[axis][lane] = lists.active[i]->aabb[2 * axis];
       boxes.upper[axis][lane] = lists.active[i]->aabb[2 * axis + 1];
     }
-    boxes.slot[lane] = i;
   }
   for (unsigned lane = count; lane % group_size; ++lane)
     lists.boxes[lane / group_size].lower[0][lane % group_size] =
         std::numeric_limits<dReal>::quiet_NaN();
-  TreeView<dReal> view = {};
-  view.levels[0] = lists.boxes.data();
-  view.groups[0] = (count + group_size - 1) / group_size;
+  const std::size_t cells = groupsFor(count);
   const Kernels<dReal>& kernel = kernels<dReal>();
   PlacePair* next = lists.pairs.data();
   std::uint32_t row[small_scene_slots + group_size];
   for (unsigned place = 0; place + 1 < count; ++place) {
-    const std::size_t found = kernel.testLater(view, place, row);
+    const std::size_t found = kernel.testLater(lists.boxes.data(), cells, place, row);
     for (std::size_t i = 0; i < found; ++i)
       *next++ = {static_cast<std::uint16_t>(place << 8 | row[i])};
   }
@@ -224,8 +221,7 @@ __attribute__((noinline)) void reportPairs(const Scene& scene, const SmallLists&
 }  // namespace
 
 bool SmallLists::grow(std::size_t geoms) try {
-  const std::size_t cells =
-      geoms > most_without_vectors ? (geoms + group_size - 1) / group_size : 0;
+  const std::size_t cells = geoms > most_without_vectors ? groupsFor(geoms) : 0;
   pairs.resizeDiscarding(geoms * (geoms - 1) / 2);
   boxes.resizeDiscarding(cells);
   active.resizeDiscarding(geoms);  // at last: so many are ready

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "space/base/floating_point.h"
+#include "space/base/packed_pair_rule.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/simd/kernels.h"
@@ -32,15 +33,13 @@ Region testing("brute force: pairs");
 
 }  // namespace
 
+// Places are slots.
 template <class Real>
-void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
-  const std::size_t cell_count = (boxes.size + group_size - 1) / group_size;
-  starts_.resizeDiscarding(cell_count + 1);
-  for (std::size_t i = 0; i < cell_count; ++i)
-    starts_[i] = static_cast<std::uint32_t>(i * group_size);
-  starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
-  const CellClass all = {0, cell_count};
-  cells_.build(boxes, {nullptr, starts_.data()}, {&all, 1}, threads);
+void BruteForce<Real>::packCells(const BoxSet& boxes) {
+  cells_.resizeDiscarding(groupsFor(boxes.size));
+  for (std::size_t place = 0; place < cells_.size() * group_size; ++place)
+    put(place < boxes.size ? boxesOf<Real>(boxes)[place] : inactiveBox<Real>(),
+        cells_[place / group_size], place % group_size);
 }
 
 // Each thread tests an equal part of the table, up to a row. Returns the number of threads used.
@@ -48,21 +47,20 @@ template <class Real>
 int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int threads,
                               PairList& pairs) {
   const Triangle triangle = {boxes.size};
-  const TreeView<Real>& cells = cells_.views()[0];
   const Kernels<Real>& kernel = kernels<Real>();
   return runTeam(testing, teamFor(tests, grains::box_tests, threads), [&](int thread, int team) {
     const Range own = ownPart(tests, thread, team);
     Buffer<Pair>& written = pairs.parts[thread];
     Buffer<std::uint32_t>& row = rows_[thread];
     row.resizeDiscarding(boxes.size + group_size);
-    const Pair mark = boxes.exact ? 0 : borderline_bit;
     const Slot end = triangle.rowOf(own.end);
     for (Slot slot = triangle.rowOf(own.begin); slot < end; ++slot) {
-      const std::size_t before = written.size(), count = kernel.testLater(cells, slot, row.data());
+      const std::size_t before = written.size();
+      const std::size_t count = kernel.testLater(cells_.data(), cells_.size(), slot, row.data());
       written.resize(before + count);
-      for (std::size_t i = 0; i < count; ++i)
-        written[before + i] =
-            makePair(slot, row[i] & ~borderline_slot) | (Pair{row[i]} << 32 & mark);
+      Pair* next = &written[before];
+      for (std::size_t i = 0; i < count; ++i) next = writePair<Real>(boxes, slot, row[i], next);
+      written.resize(next - written.data());
     }
   });
 }
@@ -73,7 +71,7 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
   if (rows_.size() < static_cast<std::size_t>(threads)) rows_.resize(threads);
-  packCells(boxes, teamFor(tests, grains::box_tests, threads));
+  packCells(boxes);
   const int used = testAll(boxes, tests, threads, pairs);
   for (std::size_t part = 0; part < pairs.parts.size() && !boxes.exact; ++part)
     noteBorderline(pairs.parts[part].data(), {part, 0, pairs.parts[part].size()}, pairs.borderline);

@@ -19,14 +19,13 @@ template <class Real>
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  std::size_t bytes() const override { return bytesOf(starts_, cells_, rows_); }
+  std::size_t bytes() const override { return bytesOf(cells_, rows_); }
 
  private:
-  void packCells(const BoxSet& boxes, int threads);
+  void packCells(const BoxSet& boxes);
   int testAll(const BoxSet& boxes, std::uint64_t tests, int threads, PairList& pairs);
 
-  Buffer<std::uint32_t> starts_;             // of the cells: 0, 16, 32, ...
-  CellTrees<Real> cells_;                    // in slot order; only its cells are used
+  Buffer<Group<Real>> cells_;                // in slot order
   std::vector<Buffer<std::uint32_t>> rows_;  // one a thread
 };
 

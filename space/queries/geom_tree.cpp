@@ -64,9 +64,9 @@ void findBox(const QueryTree<Real> (&of)[GeomTree::kinds], const BasicBox<Real>&
 void dropApart(const GeomTree::Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) {
   Slot* next = found.data();
   for (const Slot hit : found) {
-    const Slot slot = hit & ~borderline_slot;
+    const Slot slot = hit / 2;
     *next = slot;
-    next += slot == hit || boxesOverlap(geoms[slot], geom);
+    next += hit % 2 == 0 || boxesOverlap(geoms[slot], geom);
   }
   found.resize(next - found.data());
 }

@@ -64,9 +64,10 @@ std::uint32_t QueryTree<Real>::addStray(Slot slot) {
 }
 
 template <class Real>
-std::size_t QueryTree<Real>::find(const BasicBox<Real>& box, Slot* found) const {
+std::size_t QueryTree<Real>::find(const BasicBox<Real>& box, std::uint32_t* found) const {
   Group<Real> query;
   put(box, query, 0);
+  query.slot[0] = ~std::uint32_t{0};
   const Kernels<Real>& kernel = kernels<Real>();
   std::size_t count = 0;
   for (std::size_t i = 0; i < trees_.count(); ++i)

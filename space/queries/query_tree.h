@@ -38,9 +38,10 @@ class QueryTree {
     if (placeOf(slot) < cells() * group_size) trees_.prefetchCell(placeOf(slot) / group_size);
   }
 
-  // Writes the slots of all boxes that overlap `box` (closed intervals), each once, in no order,
-  // and returns their number. `found` has room for most(). Needs exactMode().
-  std::size_t find(const BasicBox<Real>& box, Slot* found) const;
+  // Writes twice the slots of all boxes that overlap `box` (closed intervals), each once, in no
+  // order, 1 more where floats cannot decide, and returns their number. `found` has room for
+  // most(). Needs exactMode().
+  std::size_t find(const BasicBox<Real>& box, std::uint32_t* found) const;
   std::size_t most() const { return places_.size() + group_size; }
 
   // Calls visit(slot) for all boxes that the ray meets for a t from 0 to `limit`, each once, and

@@ -1,5 +1,5 @@
-// One box against sixteen: overlap, filter, and the pairs that come of it. Internal linkage, as in
-// kernels_impl.h.
+// One box or ray against sixteen boxes: overlap, filter, and the pairs that come of it. Internal
+// linkage, as in kernels_impl.h.
 #pragma once
 
 #include <string.h>
@@ -18,7 +18,7 @@ using Sixteen = Lanes::Sixteen<Real>;
 
 template <class Real>
 inline Sixteen<Real> sixteenOf(const Group<Real>& boxes) {
-  return Sixteen<Real>(boxes.lower[0], boxes.upper[0], group_size);
+  return {boxes.lower[0], boxes.upper[0], group_size};
 }
 
 // Which of sixteen boxes overlap box `lane` of `box`. NaN overlaps nothing. The formula holds for
@@ -42,18 +42,49 @@ inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const Gro
   return filter.body[lane] ? wanted & ~Lanes::equals(others.body, filter.body[lane]) : wanted;
 }
 
-// Writes the slots of the `hits` of sixteen boxes with box `lane` of `box`, with borderline_slot
-// where only the exact boxes can tell: a bound is equal to the opposite one. Doubles are the exact
-// bounds. Returns their number; up to sixteen words are written.
+// Writes twice the slots of those of sixteen boxes that overlap box `lane` of `own`, have greater
+// slots and are in allowed(hits), 1 more where only the exact boxes can tell: a bound is equal to
+// the opposite one. Doubles are the exact bounds. Returns their number; sixteen words are written.
+template <class Real, class Allowed>
+inline int meetLater(const Group<Real>& own, unsigned lane, const Group<Real>& boxes,
+                     Allowed allowed, std::uint32_t* found) {
+  if constexpr (sizeof(Real) == sizeof(float))
+    return Lanes::meetLater(own, lane, boxes, allowed, found);
+  const unsigned hits =
+      allowed(overlaps(own, lane, boxes) & ~Lanes::below(boxes.slot, own.slot[lane] + 1));
+  Lanes::compress(boxes.slot, hits, found);
+  const int count = __builtin_popcount(hits);
+  for (int i = 0; i < count; ++i) found[i] *= 2;
+  return count;
+}
+
+// Both bounds on each axis are moved apart by the margin, so that errors of rounding, which are
+// far smaller, leave no box out.
 template <class Real>
-inline int writeHits(const Group<Real>& box, unsigned lane, const Sixteen<Real>& boxes,
-                     const std::uint32_t* slots, unsigned hits, std::uint32_t* found) {
-  Lanes::compress(slots, hits, found);
-  unsigned borderline = 0;
-  if constexpr (sizeof(Real) == sizeof(float)) borderline = hits & boxes.touching(box, lane);
-  for (unsigned left = borderline ? hits : 0; left; left &= left - 1, ++found)
-    if (borderline & left & (0u - left)) *found |= borderline_slot;
-  return __builtin_popcount(hits);
+unsigned meetRay(const Group<Real>& boxes, const RayQuery<Real>& ray, Real limit, Real* entry) {
+  using Lane = Register<Real>;
+  using Vector = typename Lane::Type;
+  for (int first = 0; first < group_size; first += Lane::lanes) {
+    Vector lower[3], upper[3], reach{};
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = Lanes::load(boxes.lower[axis] + first) - ray.origin[axis];
+      upper[axis] = Lanes::load(boxes.upper[axis] + first) - ray.origin[axis];
+      reach = Lane::greatest(Lane::greatest(-lower[axis], upper[axis]), reach);
+    }
+    const Vector margin = reach * ray.rounding + ray.slack;
+    Vector near{}, far = near + limit;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector a = (lower[axis] - margin) * ray.inverse[axis];
+      const Vector b = (upper[axis] + margin) * ray.inverse[axis];
+      near = Lane::greatest(Lane::least(a, b), near);
+      far = Lane::least(Lane::greatest(b, a), far);
+    }
+    // An unused place is NaN on all axes.
+    const Vector none = Vector{} + static_cast<Real>(__builtin_nanf(""));
+    *reinterpret_cast<Vector*>(entry + first) =
+        ((near <= far) & (lower[0] == lower[0])) ? near : none;
+  }
+  return Lanes::atLeast(entry, Real(0));
 }
 
 }  // namespace

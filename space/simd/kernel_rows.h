@@ -52,9 +52,9 @@ struct NearCells {
     std::size_t number = 0;
     for (std::size_t at = 0; at < count; at += group_size) {
       const unsigned mask =
-          Sixteen<Real>(space.bounds + at, space.bounds + 3 * space.stride + at, space.stride)
+          Sixteen<Real>{space.bounds + at, space.bounds + 3 * space.stride + at, space.stride}
               .overlapping(box, lane) &
-          Lanes::above(space.greatest + at, least);
+          ~Lanes::below(space.greatest + at, least + 1);
       Lanes::writeNumbers(static_cast<std::uint32_t>(at), mask, space.chosen + number);
       number += __builtin_popcount(mask);
     }
@@ -99,14 +99,7 @@ struct CellAmongNear {
       if (!filtered || !hits) return hits;
       return hits & passesFilter(filters[cell], lane, filters[other]);
     };
-    if constexpr (sizeof(Real) == sizeof(float))
-      return Lanes::meetLater(boxes(), lane, others, allowed, row);
-    const unsigned hits =
-        allowed(overlaps(boxes(), lane, others) & Lanes::above(others.slot, boxes().slot[lane]));
-    Lanes::compress(others.slot, hits, row);
-    const int count = __builtin_popcount(hits);
-    for (int i = 0; i < count; ++i) row[i] *= 2;
-    return count;
+    return meetLater(boxes(), lane, others, allowed, row);
   }
 };
 
@@ -122,7 +115,7 @@ inline void storeRow(RowSpace<Real>& space, std::uint32_t slot, const std::uint3
   if (count <= group_size)
     orderFew(row, count, to + 1);
   else
-    orderMany(row, count, {space.marks, space.marked_words}, to + 1);
+    orderMany(row, count, space.marks, space.marked_words, to + 1);
   space.rows[slot] = to;
   space.next += count + 1;
   space.counts[slot / row_chunk] += count;
@@ -184,7 +177,7 @@ void findRows(const RowSearch<Real>& search, RowSpace<Real>& space) {
       const CellAmongNear<Real> of = {
           all, filters, cell, near.bounds(), space.greatest, space.cell, space.chosen, chosen};
       const unsigned used = static_cast<unsigned>(
-          __builtin_popcount(Lanes::atMost(boxes.lower[0], static_cast<Real>(__builtin_inff()))));
+          __builtin_popcount(Lanes::atLeast(boxes.lower[0], static_cast<Real>(-__builtin_inff()))));
       const unsigned step = chosen <= most_at_once ? group_size : 1;
       for (unsigned first = 0; first < used; first += step)
         (filters ? findRowsOf<true, Real>

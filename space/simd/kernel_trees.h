@@ -33,39 +33,30 @@ inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& b
   }
 }
 
-// Calls meet(cells, count) for the cells of `tree` whose bounds overlap box `lane` of `box`, many
-// at a time, so that a processor need not know what is in one to read the next.
-template <class Real, class Meet>
-inline void forOverlappingCells(const TreeView<Real>& tree, const Group<Real>& box, unsigned lane,
-                                Meet meet) {
-  std::uint32_t cells[gathered_nodes + group_size];
-  std::size_t count = 0;
-  forOverlappingNodes(tree, box, lane, [&](std::uint32_t node, unsigned mask) {
-    Lanes::writeNumbers(node * group_size, mask, cells + count);
-    count += __builtin_popcount(mask);
-    if (count < gathered_nodes) return;
-    meet(cells, count);
-    count = 0;
-  });
-  meet(cells, count);
-}
-
-// Writes the slots of the boxes of a cell that overlap box 0 of `box`; returns what comes after
-// them.
+// Writes the words of the boxes of a cell that overlap box 0 of `box`; returns what comes after.
 template <class Real>
 inline std::uint32_t* meetCell(const Group<Real>& box, const Group<Real>& boxes,
                                std::uint32_t* found) {
-  const Sixteen<Real> sixteen = sixteenOf(boxes);
-  const unsigned hits = sixteen.overlapping(box, 0);
-  return hits ? found + writeHits(box, 0, sixteen, boxes.slot, hits, found) : found;
+  const auto all = [](unsigned hits) { return hits; };
+  return found + meetLater(box, 0, boxes, all, found);
 }
 
+// Meets many cells at a time, so that a processor need not know what is in one to read the next.
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
+  std::uint32_t cells[gathered_nodes + group_size];
+  std::size_t count = 0;
   std::uint32_t* next = found;
-  forOverlappingCells(tree, box, 0, [&](const std::uint32_t* cells, std::size_t count) {
+  const auto meet = [&] {
     for (std::size_t i = 0; i < count; ++i) next = meetCell(box, tree.levels[0][cells[i]], next);
+    count = 0;
+  };
+  forOverlappingNodes(tree, box, 0, [&](std::uint32_t node, unsigned mask) {
+    Lanes::writeNumbers(node * group_size, mask, cells + count);
+    count += __builtin_popcount(mask);
+    if (count >= gathered_nodes) meet();
   });
+  meet();
   return next - found;
 }
 

@@ -1,5 +1,6 @@
 #include "space/simd/kernels.h"
 
+#include <array>
 #include <atomic>
 #include <cstring>
 
@@ -7,31 +8,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Best first, null last.
-struct Available {
-  const KernelSet* list[5] = {};
-  Available() {
-    int count = 0;
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-      list[count++] = &kernels_avx512;
-    if (__builtin_cpu_supports("avx2")) list[count++] = &kernels_avx2;
-    list[count++] = &kernels_sse2;
-#elif defined(__AARCH64EL__)
-    list[count++] = &kernels_neon;
-#endif
-    list[count++] = &kernels_portable;
-  }
-};
-
-const Available& available() {
-  static const Available available;
-  return available;
-}
-
 std::atomic<const KernelSet*>& chosenSet() {
-  static std::atomic<const KernelSet*> chosen{available().list[0]};
+  static std::atomic<const KernelSet*> chosen{allKernelSets()[0]};
   return chosen;
 }
 
@@ -46,7 +24,22 @@ void chooseKernelSet(const KernelSet& set) {
 }
 
 const KernelSet* const* allKernelSets() {
-  return available().list;
+  static const auto all = [] {
+    std::array<const KernelSet*, 5> list = {};
+    int count = 0;
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl"))
+      list[count++] = &kernels_avx512;
+    if (__builtin_cpu_supports("avx2")) list[count++] = &kernels_avx2;
+    list[count++] = &kernels_sse2;
+#elif defined(__AARCH64EL__)
+    list[count++] = &kernels_neon;
+#endif
+    list[count++] = &kernels_portable;
+    return list;
+  }();
+  return all.data();
 }
 
 const KernelSet* kernelSetNamed(const char* name) {

@@ -10,6 +10,10 @@ template <class Real>
 struct BasicBox;
 
 constexpr int group_size = 16;  // fixed: lanes of the widest vectors
+template <class Count>
+constexpr Count groupsFor(Count count) {
+  return (count + group_size - 1) / group_size;
+}
 
 // Sixteen boxes side by side: the boxes of a cell, or the bounds of sixteen cells or nodes. Unused
 // places hold NaN, which overlaps nothing, and one of the slots.
@@ -71,17 +75,13 @@ struct RowSpace {
   void (*growWords)(RowSpace& space, std::size_t words);
   std::uint32_t *next = nullptr, *end = nullptr;  // of rows
   void (*growRows)(RowSpace& space, std::size_t words);
-  Row* rows = nullptr;              // by slot
-  std::uint64_t* counts = nullptr;  // pairs, by slot / row_chunk
+  Row* rows = nullptr;                            // by slot
+  std::uint64_t* counts = nullptr;                // pairs, by slot / row_chunk
   // A bit each slot, and one each word of these; none is set between rows.
   std::uint64_t *marks = nullptr, *marked_words = nullptr;
 };
 
-// Set beside a slot where floats cannot decide.
-constexpr std::uint32_t borderline_slot = std::uint32_t{1} << 31;
-
-// Cell i has the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most. A null order
-// stands for 0, 1, 2, ...
+// Cell i has the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most.
 struct CellBoxes {
   const std::uint32_t* order;
   const std::uint32_t* starts;
@@ -127,14 +127,14 @@ struct Kernels {
                      std::size_t end, Group<Real>* parents);
   // Finds the rows of all boxes of some cells, in which slots ascend.
   void (*findRows)(const RowSearch<Real>& search, RowSpace<Real>& space);
-  // Brute force: tests the box in a place against those in all later places, of cells that hold
-  // slots 0, 1, 2, ... sixteen by sixteen. Writes the slots of those that overlap, ascending, with
-  // borderline_slot where the exact boxes might not. Returns their number; up to sixteen places
-  // beyond are written.
-  std::size_t (*testLater)(const TreeView<Real>& cells, std::size_t place, std::uint32_t* found);
-  // The slots of all boxes of `tree`, which is not empty, that overlap box 0 of `box`, in no order,
-  // with borderline_slot where the exact boxes might not. Returns their number; up to sixteen
-  // places beyond are written.
+  // Brute force: writes the places, ascending and counted through all cells, of the boxes behind
+  // the one in a place that overlap it. Returns their number; up to sixteen numbers beyond are
+  // written.
+  std::size_t (*testLater)(const Group<Real>* cells, std::size_t count, std::size_t place,
+                           std::uint32_t* found);
+  // Writes twice the slots of all boxes of `tree`, which is not empty, that overlap box 0 of `box`,
+  // whose slot is -1, in no order, 1 more where floats cannot decide. Returns their number; up to
+  // sixteen words beyond are written.
   std::size_t (*findInTree)(const TreeView<Real>& tree, const Group<Real>& box,
                             std::uint32_t* found);
   // The same for cells without a tree.

@@ -61,8 +61,4 @@ struct Lanes : RegisterLanes<Lanes> {
 // The kernels for these lanes.
 #include "space/simd/kernels_impl.h"
 
-namespace ode_parallel_sap {
-
-const KernelSet kernels_avx2 = kernel_set;
-
-}  // namespace ode_parallel_sap
+const KernelSet ode_parallel_sap::kernels_avx2 = kernel_set;

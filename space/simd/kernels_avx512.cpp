@@ -18,13 +18,9 @@ struct Lanes : RegisterLanes<Lanes> {
   static unsigned signs(Mask<double> v) {
     return _mm512_movepi64_mask(reinterpret_cast<__m512i>(v));
   }
-  // Comparisons that are made often need not fill a register first.
+  // A comparison that is made often need not fill a register first.
   static unsigned below(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_cmplt_epi32_mask(_mm512_load_si512(p),
-                                   _mm512_set1_epi32(static_cast<int>(value)));
-  }
-  static unsigned above(const std::uint32_t* p, std::uint32_t value) {
-    return _mm512_cmpgt_epi32_mask(_mm512_load_si512(p),
                                    _mm512_set1_epi32(static_cast<int>(value)));
   }
   // As in RegisterLanes.
@@ -101,15 +97,6 @@ struct RegisterLanes<Lanes>::Sixteen<float> {
     }
     return mask;
   }
-  // Of which of them a bound is equal to the opposite one of a box.
-  template <class BoxGroup>
-  unsigned touching(const BoxGroup& box, unsigned lane) const {
-    unsigned mask = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      mask |= _mm512_cmpeq_ps_mask(upper[axis], _mm512_set1_ps(box.lower[axis][lane])) |
-              _mm512_cmpeq_ps_mask(lower[axis], _mm512_set1_ps(box.upper[axis][lane]));
-    return mask;
-  }
 };
 
 }  // namespace
@@ -117,8 +104,4 @@ struct RegisterLanes<Lanes>::Sixteen<float> {
 // The kernels for these lanes.
 #include "space/simd/kernels_impl.h"
 
-namespace ode_parallel_sap {
-
-const KernelSet kernels_avx512 = kernel_set;
-
-}  // namespace ode_parallel_sap
+const KernelSet ode_parallel_sap::kernels_avx512 = kernel_set;

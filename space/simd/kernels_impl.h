@@ -11,7 +11,6 @@
 #include "space/simd/kernel_halves.h"
 #include "space/simd/kernel_kept_pairs.h"
 #include "space/simd/kernel_overlaps.h"
-#include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
 
@@ -20,27 +19,25 @@ namespace {
 // A processor cannot predict which cells have hits, so many of them are met before any are written,
 // and it is wrong once for all of them.
 template <class Real>
-std::size_t testLater(const TreeView<Real>& cells, std::size_t place, std::uint32_t* found) {
+std::size_t testLater(const Group<Real>* cells, std::size_t all, std::size_t place,
+                      std::uint32_t* found) {
   constexpr std::size_t most_cells = 32;  // fixed: bits of `hit`
-  const std::size_t own = place / group_size, all = cells.groups[0];
+  const std::size_t own = place / group_size;
   const unsigned lane = place % group_size;
-  const Group<Real>& box = cells.levels[0][own];
   std::uint32_t* next = found;
   for (std::size_t first = own, count; first < all; first += count) {
     count = all - first < most_cells ? all - first : most_cells;
     unsigned masks[most_cells];
     std::uint32_t hit = 0;  // cells, by bits
     for (std::size_t i = 0; i < count; ++i) {
-      masks[i] = overlaps(box, lane, cells.levels[0][first + i]);
+      masks[i] = overlaps(cells[own], lane, cells[first + i]);
       hit |= std::uint32_t{masks[i] != 0} << i;
     }
     if (first == own && (masks[0] &= ~0u << lane << 1) == 0) hit &= ~1u;
     for (; hit; hit &= hit - 1) {
       const unsigned i = static_cast<unsigned>(__builtin_ctz(hit));
-      if (cells.filters)
-        masks[i] &= passesFilter(cells.filters[own], lane, cells.filters[first + i]);
-      const Group<Real>& boxes = cells.levels[0][first + i];
-      next += writeHits(box, lane, sixteenOf(boxes), boxes.slot, masks[i], next);
+      Lanes::writeNumbers(static_cast<std::uint32_t>((first + i) * group_size), masks[i], next);
+      next += __builtin_popcount(masks[i]);
     }
   }
   return static_cast<std::size_t>(next - found);
@@ -79,14 +76,13 @@ void packCells(const BasicBox<Real>* boxes, const CellBoxes& of, std::size_t beg
   const BasicBox<Real> none = {{nan, nan, nan}, {nan, nan, nan}};
   for (std::size_t cell = begin; cell < end; ++cell) {
     const std::uint32_t start = starts[cell], count = starts[cell + 1] - start;
-    if (order && cell + packed_ahead < end)
+    if (cell + packed_ahead < end)
       for (std::uint32_t i = starts[cell + packed_ahead]; i < starts[cell + packed_ahead + 1]; ++i)
         prefetch(boxes + order[i]);
     const BasicBox<Real>* from[group_size];
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
       const bool used = lane < count;
-      const std::uint32_t at = used ? start + lane : start;
-      const std::uint32_t slot = order ? order[at] : at;
+      const std::uint32_t slot = order[used ? start + lane : start];
       cells[cell].slot[lane] = slot;
       from[lane] = used ? boxes + slot : &none;
     }

@@ -38,16 +38,12 @@ struct Lanes : RegisterLanes<Lanes> {
     return vaddvq_u32(sum);
   }
 
-  static void compress(const std::uint32_t* p, unsigned mask, std::uint32_t* out) {
+  template <class T>
+  static void compress(const T* p, unsigned mask, T* out) {
+    static_assert(sizeof(T) == 4, "lanes are words");
     for (; mask; mask >>= 4, p += 4) {
-      vst1q_u32(out, toFront(vld1q_u32(p), mask & 0xf));
-      out += compress_bytes.count[mask & 0xf];
-    }
-  }
-  static void compress(const float* p, unsigned mask, float* out) {
-    for (; mask; mask >>= 4, p += 4) {
-      vst1q_f32(out,
-                vreinterpretq_f32_u32(toFront(vreinterpretq_u32_f32(vld1q_f32(p)), mask & 0xf)));
+      vst1q_u8(reinterpret_cast<std::uint8_t*>(out),
+               toFront(reinterpret_cast<uint32x4_t>(load(p)), mask & 0xf));
       out += compress_bytes.count[mask & 0xf];
     }
   }
@@ -58,7 +54,7 @@ struct Lanes : RegisterLanes<Lanes> {
     constexpr std::uint32_t lanes[] = {0, 1, 2, 3};
     uint32x4_t numbers = vaddq_u32(vdupq_n_u32(first), vld1q_u32(lanes));
     for (; mask; mask >>= 4, numbers = vaddq_u32(numbers, vdupq_n_u32(4))) {
-      vst1q_u32(out, toFront(numbers, mask & 0xf));
+      vst1q_u8(reinterpret_cast<std::uint8_t*>(out), toFront(numbers, mask & 0xf));
       out += compress_bytes.count[mask & 0xf];
     }
   }
@@ -73,9 +69,8 @@ struct Lanes : RegisterLanes<Lanes> {
                         reinterpret_cast<uint32x4_t>(test(i + 2)));
   }
   // The words of `v` in `mask`, of four bits, low ones first.
-  static uint32x4_t toFront(uint32x4_t v, unsigned mask) {
-    return vreinterpretq_u32_u8(
-        vqtbl1q_u8(vreinterpretq_u8_u32(v), vld1q_u8(compress_bytes.of[mask])));
+  static uint8x16_t toFront(uint32x4_t v, unsigned mask) {
+    return vqtbl1q_u8(vreinterpretq_u8_u32(v), vld1q_u8(compress_bytes.of[mask]));
   }
 };
 
@@ -84,8 +79,4 @@ struct Lanes : RegisterLanes<Lanes> {
 // The kernels for these lanes.
 #include "space/simd/kernels_impl.h"
 
-namespace ode_parallel_sap {
-
-const KernelSet kernels_neon = kernel_set;
-
-}  // namespace ode_parallel_sap
+const KernelSet ode_parallel_sap::kernels_neon = kernel_set;

@@ -20,8 +20,4 @@ struct Lanes : RegisterLanes<Lanes> {
 // The kernels for these lanes.
 #include "space/simd/kernels_impl.h"
 
-namespace ode_parallel_sap {
-
-const KernelSet kernels_portable = kernel_set;
-
-}  // namespace ode_parallel_sap
+const KernelSet ode_parallel_sap::kernels_portable = kernel_set;

@@ -129,11 +129,6 @@ struct RegisterLanes : ScalarLanes {
   static unsigned atLeast(const Real* p, Real value) {
     return Set::template bits<Real>([=](int i) { return notBelow(p + i, value); });
   }
-  // Which of p[0..15] are at most `value`.
-  template <class Real>
-  static unsigned atMost(const Real* p, Real value) {
-    return Set::template bits<Real>([=](int i) { return notAbove(p + i, value); });
-  }
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     return 0xffff ^ Set::template bits<std::uint32_t>(
                         [=](int i) { return Mask<std::uint32_t>((load(p + i) & value) == 0); });
@@ -144,19 +139,11 @@ struct RegisterLanes : ScalarLanes {
       return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) < static_cast<std::int32_t>(value);
     });
   }
-  // Which are above it.
-  static unsigned above(const std::uint32_t* p, std::uint32_t value) {
-    return Set::template bits<std::uint32_t>([=](int i) {
-      return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) > static_cast<std::int32_t>(value);
-    });
-  }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     return Set::template bits<std::uint32_t>(
         [=](int i) { return Mask<std::uint32_t>(load(p + i) == value); });
   }
-  // Writes to `row` the words of those of sixteen boxes that overlap box `lane` of `own`, have
-  // greater slots and are in allowed(hits): twice the slots, 1 more where bounds are equal. Returns
-  // their number; sixteen words are written. No difference of bounds is NaN, but for unused places.
+  // See kernel_overlaps.h. No difference of bounds is NaN, but for unused places.
   template <class BoxGroup, class Allowed>
   static int meetLater(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
                        std::uint32_t* row) {
@@ -184,8 +171,6 @@ struct RegisterLanes : ScalarLanes {
     const Real *lower, *upper;
     std::size_t stride;
 
-    Sixteen(const Real* lower, const Real* upper, std::size_t stride)
-        : lower(lower), upper(upper), stride(stride) {}
     // Which of them overlap a box, as closed intervals. Lanes are made bits once for all bounds.
     template <class BoxGroup>
     unsigned overlapping(const BoxGroup& box, unsigned lane) const {
@@ -196,18 +181,6 @@ struct RegisterLanes : ScalarLanes {
                  notAbove(lower + at, box.upper[axis][lane]);
         };
         return reach(0) & reach(1) & reach(2);
-      });
-    }
-    // Of which of them a bound is equal to the opposite one of a box.
-    template <class BoxGroup>
-    unsigned touching(const BoxGroup& box, unsigned lane) const {
-      return Set::template bits<Real>([&](int i) {
-        const auto touch = [&](int axis) {
-          const std::size_t at = axis * stride + i;
-          return reinterpret_cast<Mask<Real>>(load(upper + at) == box.lower[axis][lane]) |
-                 reinterpret_cast<Mask<Real>>(load(lower + at) == box.upper[axis][lane]);
-        };
-        return touch(0) | touch(1) | touch(2);
       });
     }
   };

@@ -71,31 +71,27 @@ inline void orderFew(const std::uint32_t* row, std::size_t count, std::uint32_t*
 }
 #endif
 
-// A bit for each slot, and one for each 64 of these words; none is set between uses.
-struct SlotMarks {
-  std::uint64_t *slots, *words;
-};
-
-// Sorts any number of words, of which no two name one slot. Clears the marks it sets.
-inline void orderMany(const std::uint32_t* row, std::size_t count, const SlotMarks& marks,
-                      std::uint32_t* to) {
+// Sorts any number of words, of which no two name one slot. Clears the marks it sets: a bit for
+// each slot, and one for each 64 of these words.
+inline void orderMany(const std::uint32_t* row, std::size_t count, std::uint64_t* marks,
+                      std::uint64_t* marked_words, std::uint32_t* to) {
   std::uint32_t least = ~0u, most = 0;  // of the words of marks
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t slot = row[i] >> 1, word = slot / 64;
-    marks.slots[word] |= std::uint64_t{1} << slot % 64;
-    marks.words[word / 64] |= std::uint64_t{1} << word % 64;
+    marks[word] |= std::uint64_t{1} << slot % 64;
+    marked_words[word / 64] |= std::uint64_t{1} << word % 64;
     least = word < least ? word : least;
     most = word > most ? word : most;
   }
   std::uint32_t* next = to;
   for (std::uint32_t above = least / 64; above <= most / 64; ++above) {
-    for (std::uint64_t words = marks.words[above]; words; words &= words - 1) {
+    for (std::uint64_t words = marked_words[above]; words; words &= words - 1) {
       const std::uint32_t word = above * 64 + static_cast<std::uint32_t>(__builtin_ctzll(words));
-      for (std::uint64_t slots = marks.slots[word]; slots; slots &= slots - 1)
+      for (std::uint64_t slots = marks[word]; slots; slots &= slots - 1)
         *next++ = 2 * (word * 64 + static_cast<std::uint32_t>(__builtin_ctzll(slots)));
-      marks.slots[word] = 0;
+      marks[word] = 0;
     }
-    marks.words[above] = 0;
+    marked_words[above] = 0;
   }
   // The lowest bits were left behind.
   for (std::size_t i = 0; i < count; ++i) {

@@ -35,7 +35,7 @@ QueryTree<float> treeOfRows() {
 std::vector<Slot> found(const QueryTree<float>& tree, const Box& box) {
   std::vector<Slot> slots(tree.most());
   slots.resize(tree.find(box, slots.data()));
-  for (Slot& slot : slots) slot &= ~borderline_slot;
+  for (Slot& slot : slots) slot /= 2;
   std::sort(slots.begin(), slots.end());
   return slots;
 }
