@@ -46,7 +46,9 @@ void BoxClasses<Real>::choose(const BoxSet& boxes) {
   std::array<ClassSummary<Real>, shapes> summaries = {};
   forSample<Real>(boxes, sampled_boxes, [&](Slot slot) {
     const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
-    ClassSummary<Real>& summary = summaries[numberOf(box)];
+    const int number = numberOf(box);
+    ClassSummary<Real>& summary = summaries[number];
+    summary.number = number;
     for (int axis = 0; axis < 3; ++axis) {
       const Real centre = centreOf(box, axis);
       if (summary.count == 0 || centre < summary.low[axis]) summary.low[axis] = centre;
@@ -56,17 +58,16 @@ void BoxClasses<Real>::choose(const BoxSet& boxes) {
   });
   classes_.clear();
   for (int number = 0; number < unbounded; ++number)
-    if (summaries[number].count) classes_.push_back({number, summaries[number]});
-  const auto sizeOf = [](const Class& one) {
-    const double* const extent = one.summary.extent;
-    return (extent[0] + extent[1] + extent[2]) / static_cast<double>(one.summary.count);
+    if (summaries[number].count) classes_.push_back(summaries[number]);
+  const auto sizeOf = [](const ClassSummary<Real>& one) {
+    return (one.extent[0] + one.extent[1] + one.extent[2]) / static_cast<double>(one.count);
   };
   std::stable_sort(classes_.begin(), classes_.end(),
-                   [&](const Class& a, const Class& b) { return sizeOf(a) < sizeOf(b); });
+                   [&](const auto& a, const auto& b) { return sizeOf(a) < sizeOf(b); });
   index_of_.fill(static_cast<std::uint8_t>(classes_.size()));
   for (std::size_t index = 0; index < classes_.size(); ++index)
     index_of_[classes_[index].number] = static_cast<std::uint8_t>(index);
-  classes_.push_back({unbounded, {}});
+  classes_.push_back({unbounded});
 }
 
 template class BoxClasses<float>;

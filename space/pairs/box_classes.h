@@ -13,12 +13,13 @@
 
 namespace ode_parallel_sap {
 
-// Number, extents and least centres of a sample of boxes.
+// What a sample has of a class: extents and least centres.
 template <class Real>
 struct ClassSummary {
+  int number = 0;  // of the class, before classes are in order
   Real low[3] = {};
   double extent[3] = {};  // sums
-  std::size_t count = 0;
+  std::size_t count = 0;  // of boxes
 };
 
 // Half sums, scaled so that they cannot overflow. Doubles that are infinite on both sides: 0, so
@@ -52,19 +53,13 @@ class BoxClasses {
   // Those that the sample shows, small boxes first, and a last one for all others: boxes with
   // infinite extents, or ones beyond the type, and shapes that are too few to be seen.
   std::size_t count() const { return classes_.size(); }
-  // What the sample has of it.
-  const ClassSummary<Real>& summary(std::size_t index) const { return classes_[index].summary; }
+  const ClassSummary<Real>& summary(std::size_t index) const { return classes_[index]; }
   // The class of a box that is not NaN.
   std::size_t of(const BasicBox<Real>& box) const { return index_of_[numberOf(box)]; }
   std::size_t bytes() const { return bytesOf(classes_); }
 
  private:
   static constexpr int unbounded = 8, shapes = 9;  // fixed: long or not on three axes; unbounded
-
-  struct Class {
-    int number;
-    ClassSummary<Real> summary;
-  };
 
   void chooseLengths(const BoxSet& boxes);
   int numberOf(const BasicBox<Real>& box) const {
@@ -80,7 +75,7 @@ class BoxClasses {
   }
 
   Real most_short_[3];  // the greatest extents of boxes that are not long
-  std::vector<Class> classes_;
+  std::vector<ClassSummary<Real>> classes_;
   std::array<std::uint8_t, shapes> index_of_;
 };
 

@@ -13,40 +13,36 @@ namespace {
 
 Region comparing("cell coherence: active boxes");
 
-// Sums of the extents of what is below a node. Not a number where there is nothing.
+// Lists the sums of extents of what is right below the nodes of a level of all trees. Not a number
+// where there is nothing.
 template <class Real>
-void spansOf(const Group<Real>& bounds, Real* spans) {
-  for (int lane = 0; lane < group_size; ++lane) {
-    spans[lane] = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      spans[lane] += bounds.upper[axis][lane] - bounds.lower[axis][lane];
-  }
-}
-
-// Calls visit() for the nodes of a level of all trees that have it, and returns how many cells or
-// nodes are right below them.
-template <class Real, class Visit>
-std::size_t forNodes(const CellTrees<Real>& trees, int level, Visit visit) {
-  std::size_t children = 0;
+void listSpans(const CellTrees<Real>& trees, int level, Buffer<Real>& spans) {
+  spans.resizeDiscarding(0);
   for (std::size_t i = 0; i < trees.count(); ++i) {
     const TreeView<Real>& tree = trees.views()[i];
-    if (level >= tree.depth) continue;
-    for (std::uint32_t node = 0; node < tree.groups[level]; ++node) visit(tree.levels[level][node]);
-    children += tree.groups[level - 1];
+    for (std::uint32_t node = 0; level < tree.depth && node < tree.groups[level]; ++node) {
+      const Group<Real>& bounds = tree.levels[level][node];
+      spans.resize(spans.size() + group_size);
+      for (int lane = 0; lane < group_size; ++lane) {
+        Real span = 0;
+        for (int axis = 0; axis < 3; ++axis)
+          span += bounds.upper[axis][lane] - bounds.lower[axis][lane];
+        spans.end()[lane - group_size] = span;
+      }
+    }
   }
-  return children;
 }
 
-// Sum over what is below a node of how much it has grown, as shares of what they were. What was
-// infinite has not grown.
+// Whether they have grown much on average, as shares of what they were. What was infinite has not
+// grown.
 template <class Real>
-double growthOf(const Group<Real>& bounds, const Real* before) {
-  alignas(64) Real spans[group_size];
-  spansOf(bounds, spans);
-  Real growth = 0;
-  for (int lane = 0; lane < group_size; ++lane)
-    growth += spans[lane] > before[lane] ? spans[lane] / before[lane] - 1 : 0;
-  return growth;
+bool haveGrown(const Buffer<Real>& spans, const Buffer<Real>& before) {
+  double growth = 0, count = 0;
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    growth += spans[i] > before[i] ? spans[i] / before[i] - 1 : 0;
+    count += spans[i] == spans[i];
+  }
+  return growth > most_growth * count;
 }
 
 }  // namespace
@@ -76,23 +72,18 @@ bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
     back_off_.pass();
     return false;
   }
-  bool same = true;
+  bool same = reuses_ < longest_reuse;
   for (std::size_t word = 0; word < words; ++word)
     same = same && seen_.word(word) == active_.word(word);
-  return reuses_ < longest_reuse && same;
+  return same;
 }
 
 template <class Real>
 bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
-  const Real* before = spans_.data();
   bool good = true;
   for (const int level : {1, 2}) {
-    double growth = 0;
-    const std::size_t children = forNodes(trees, level, [&](const Group<Real>& bounds) {
-      growth += growthOf(bounds, before);
-      before += group_size;
-    });
-    good = good && growth <= most_growth * static_cast<double>(children);
+    listSpans(trees, level, spans_);
+    good = good && !haveGrown(spans_, spans_when_cut_[level - 1]);
   }
   if (good) {
     if (++reuses_ > 1) back_off_.paid();
@@ -105,12 +96,7 @@ bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
 
 template <class Real>
 void CellCoherence<Real>::restart(const CellTrees<Real>& trees) {
-  spans_.resizeDiscarding(0);
-  for (const int level : {1, 2})
-    forNodes(trees, level, [&](const Group<Real>& bounds) {
-      spans_.resize(spans_.size() + group_size);
-      spansOf(bounds, spans_.end() - group_size);
-    });
+  for (const int level : {1, 2}) listSpans(trees, level, spans_when_cut_[level - 1]);
   std::swap(active_, seen_);
   reuses_ = 0;
   known_ = true;

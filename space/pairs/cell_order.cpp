@@ -18,10 +18,6 @@ Region assigning("cell order: regions"), dealing("cell order: centres"),
 constexpr std::uint32_t no_region = ~std::uint32_t{0};
 constexpr std::size_t longest_run = 64;  // fixed: slots whose regions are found side by side
 
-std::uint32_t cellsOf(std::size_t boxes) {
-  return static_cast<std::uint32_t>((boxes + group_size - 1) / group_size);
-}
-
 }  // namespace
 
 template <class Real>
@@ -179,7 +175,7 @@ void CellOrder<Real>::halveRegions(int threads) {
   const auto beginOf = [&](std::size_t region) { return region ? ends_[region - 1] : 0; };
   first_cells_.assign(region_count_ + 1, 0);
   for (std::uint32_t region = 0; region < region_count_; ++region)
-    first_cells_[region + 1] = first_cells_[region] + cellsOf(ends_[region] - beginOf(region));
+    first_cells_[region + 1] = first_cells_[region] + groupsFor(ends_[region] - beginOf(region));
   starts_.resizeDiscarding(first_cells_[region_count_] + 1);
   if (rooms_.size() < static_cast<std::size_t>(threads)) rooms_.resize(threads);
   runChunks(halving, threads, region_count_, 1, [&](const Range& range, int thread) {
@@ -197,9 +193,9 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   layRegions(boxes, threads);
   dealIntoRegions(boxes, threads, workspace);
   halveRegions(threads);
-  classes_.clear();
+  class_ends_.clear();
   for (const Regions& regions : regions_)
-    classes_.push_back({first_cells_[regions.first], first_cells_[regions.first + regions.count]});
+    class_ends_.push_back(first_cells_[regions.first + regions.count]);
 }
 
 template class CellOrder<float>;

@@ -7,7 +7,6 @@
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/pairs/box_classes.h"
-#include "space/pairs/cell_trees.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -26,8 +25,8 @@ class CellOrder {
   void build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
 
   CellBoxes boxesOfCells() const { return {order_.data(), starts_.data()}; }
-  // Small boxes come first, unbounded ones last.
-  CellClasses classes() const { return {classes_.data(), classes_.size()}; }
+  // For each class the last of its cells, plus one. Small boxes come first, unbounded ones last.
+  const std::vector<std::uint32_t>& classEnds() const { return class_ends_; }
   std::size_t bytes() const {
     return bytesOf(box_classes_, splits_, positions_, rooms_, order_, starts_);
   }
@@ -59,10 +58,10 @@ class CellOrder {
   std::uint32_t region_count_ = 0;
   Buffer<std::uint32_t> positions_;                // of the regions, for each part of the slots
   std::vector<std::uint32_t> ends_, first_cells_;  // of the regions
+  std::vector<std::uint32_t> class_ends_;          // in cells
   Centre* centres_ = nullptr;
   std::vector<Buffer<float>> rooms_;  // to cut regions in; one a thread
-  std::vector<CellClass> classes_;
-  Buffer<std::uint32_t> order_;  // until the boxes are dealt into regions: these, by slot
+  Buffer<std::uint32_t> order_;       // until the boxes are dealt into regions: these, by slot
   Buffer<std::uint32_t> starts_;
 };
 

@@ -10,36 +10,30 @@ namespace ode_parallel_sap {
 
 namespace {
 
-std::size_t groupsFor(std::size_t children) {
-  return (children + group_size - 1) / group_size;
-}
-
 Region packing("cell trees: cells");
 
 }  // namespace
 
 // Makes room for all levels, and the views of it. There are none while that may fail.
 template <class Real>
-void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered) {
-  const std::size_t cells = classes.count ? classes.first[classes.count - 1].last_cell : 0;
-  std::vector<TreeView<Real>> views = std::move(views_);
+void CellTrees<Real>::layOut(const std::vector<std::uint32_t>& class_ends, bool filtered) {
   views_.clear();
-  views.assign(classes.count, TreeView<Real>());
-  std::size_t total = cells;
-  for (std::size_t tree = 0; tree < classes.count; ++tree) {
-    const CellClass& of = classes.first[tree];
+  std::vector<TreeView<Real>> views(class_ends.size());
+  std::uint32_t cells = 0;
+  std::size_t nodes = 0;
+  for (std::size_t tree = 0; tree < views.size(); ++tree) {
     TreeView<Real>& view = views[tree];
-    view.first_cell = static_cast<std::uint32_t>(of.first_cell);
-    std::size_t groups = of.last_cell - of.first_cell;
+    std::size_t groups = class_ends[tree] - cells;
+    view.first_cell = std::exchange(cells, class_ends[tree]);
     if (groups == 0) continue;
     view.groups[view.depth++] = static_cast<std::uint32_t>(groups);
     while (groups > 1 || view.depth < 2) {
       groups = groupsFor(groups);
       view.groups[view.depth++] = static_cast<std::uint32_t>(groups);
-      total += groups;
+      nodes += groups;
     }
   }
-  groups_.resizeDiscarding(total);
+  groups_.resizeDiscarding(cells + nodes);
   if (filtered) filters_.resizeDiscarding(cells);
   Group<Real>* upper = groups_.data() + cells;
   for (TreeView<Real>& view : views) {
@@ -54,10 +48,10 @@ void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered) {
 }
 
 template <class Real>
-void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const CellClasses& classes,
-                            int threads) {
+void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of,
+                            const std::vector<std::uint32_t>& class_ends, int threads) {
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
-  layOut(classes, filtered);
+  layOut(class_ends, filtered);
   const Kernels<Real>& kernel = kernels<Real>();
   std::size_t nodes = 0;
   for (std::size_t tree = 0; tree < views_.size(); ++tree) nodes += groupsFor(cells(tree));
@@ -94,28 +88,24 @@ const TreeView<Real>& CellTrees<Real>::treeOf(std::size_t cell) const {
 
 template <class Real>
 bool CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
-  const bool fits = isActive(box) && makeRoom(cell, lane, box);
+  const bool fits = makeRoom(cell, lane, box, true);
   put(fits ? box : inactiveBox<Real>(), groups_[cell], lane);
   return fits;
 }
 
 template <class Real>
 bool CellTrees<Real>::moveWithin(std::size_t cell, int lane, const BasicBox<Real>& box) {
-  const TreeView<Real>& view = treeOf(cell);
-  const std::size_t own = cell - view.first_cell;
-  const Group<Real>& bounds = view.levels[1][own / group_size];
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(bounds.lower[axis][own % group_size] <= box.lower[axis] &&
-          box.upper[axis] <= bounds.upper[axis][own % group_size]))
-      return false;
-  put(box, groups_[cell], lane);
-  return true;
+  const bool fits = makeRoom(cell, lane, box, false);
+  if (fits) put(box, groups_[cell], lane);
+  return fits;
 }
 
 // Has the bounds of a cell, and all above it, hold the box. Not where they would have to grow
-// beyond some lengths of the box, as it is or was.
+// beyond some lengths of the box, as it is or was, nor where they may not.
 template <class Real>
-bool CellTrees<Real>::makeRoom(std::size_t cell, int place, const BasicBox<Real>& box) {
+bool CellTrees<Real>::makeRoom(std::size_t cell, int place, const BasicBox<Real>& box,
+                               bool may_grow) {
+  if (!isActive(box)) return false;
   const Group<Real>& boxes = groups_[cell];
   const TreeView<Real>& view = treeOf(cell);
   std::size_t child = cell - view.first_cell;
@@ -129,7 +119,7 @@ bool CellTrees<Real>::makeRoom(std::size_t cell, int place, const BasicBox<Real>
         !(lower == bounds->lower[axis][lane] && upper == bounds->upper[axis][lane]);
     const Real length = std::min(box.upper[axis] - box.lower[axis],
                                  boxes.upper[axis][place] - boxes.lower[axis][place]);
-    if (outside && !(upper - lower <= Real(cell_lengths) * length)) return false;
+    if (outside && !(may_grow && upper - lower <= Real(cell_lengths) * length)) return false;
     grows |= outside;
   }
   for (int depth = 1; grows; ++depth) {

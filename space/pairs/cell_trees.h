@@ -13,16 +13,6 @@
 
 namespace ode_parallel_sap {
 
-// Boxes cut into cells, which are numbered through all classes: one has [first_cell, last_cell).
-struct CellClass {
-  std::size_t first_cell, last_cell;
-};
-// Classes that follow each other, from cell 0 on.
-struct CellClasses {
-  const CellClass* first;
-  std::size_t count;
-};
-
 // Puts a box into a place of sixteen.
 template <class Real>
 inline void put(const BasicBox<Real>& box, Group<Real>& group, int lane) {
@@ -36,7 +26,9 @@ template <class Real>
 class CellTrees {
  public:
   // `of` tells which of the boxes each cell gets; what it points to is read during the call only.
-  void build(const BoxSet& boxes, const CellBoxes& of, const CellClasses& classes, int threads);
+  // `class_ends` has the last cell of each class, plus one: cells are numbered through all classes.
+  void build(const BoxSet& boxes, const CellBoxes& of, const std::vector<std::uint32_t>& class_ends,
+             int threads);
   // Puts another box into a place, all NaN for none. False if the bounds of its cell, whose boxes
   // are moved about, would be much longer than the box: the place is then empty.
   bool setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
@@ -67,10 +59,10 @@ class CellTrees {
   Group<Real>* level(const TreeView<Real>& view, int depth) {
     return groups_.data() + (view.levels[depth] - groups_.data());
   }
-  void layOut(const CellClasses& classes, bool filtered);
+  void layOut(const std::vector<std::uint32_t>& class_ends, bool filtered);
   void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
   const TreeView<Real>& treeOf(std::size_t cell) const;
-  bool makeRoom(std::size_t cell, int place, const BasicBox<Real>& box);
+  bool makeRoom(std::size_t cell, int place, const BasicBox<Real>& box, bool may_grow);
 
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
   Buffer<GroupFilter> filters_;

@@ -21,9 +21,6 @@ constexpr std::size_t chunksOf(std::size_t slots) {
 template <class Real>
 void RowTable<Real>::Space::start(std::size_t slots, Row* table) {
   this->rows = table;
-  this->growNear = &Space::moreNear;
-  this->growWords = &Space::moreWords;
-  this->growRows = &Space::moreRows;
   // Blocks that the last frame did not need go.
   blocks.resize(std::min(blocks.size(), blocks_used + 1));
   blocks_used = 0;
@@ -41,45 +38,42 @@ void RowTable<Real>::Space::start(std::size_t slots, Row* table) {
 }
 
 template <class Real>
-void RowTable<Real>::Space::moreNear(RowSpace<Real>& space, std::size_t cells) {
-  Space& own = static_cast<Space&>(space);
-  const std::size_t before = own.stride;
-  const std::size_t stride = (cells + cells / 2 + group_size - 1) / group_size * group_size;
+void RowTable<Real>::Space::growNear(std::size_t cells) {
+  const std::size_t before = this->stride;
+  const std::size_t stride = groupsFor(cells + cells / 2) * group_size;
   Buffer<Real> bounds;
   Buffer<std::uint32_t> numbers;
   bounds.resize(6 * stride);
   numbers.resize(3 * stride);
   for (std::size_t i = 0; i < 6 && before; ++i)
-    std::copy_n(own.bounds + i * before, before, bounds.data() + i * stride);
+    std::copy_n(near_bounds.data() + i * before, before, bounds.data() + i * stride);
   for (std::size_t i = 0; i < 2 && before; ++i)
-    std::copy_n(own.near_numbers.data() + i * before, before, numbers.data() + i * stride);
-  own.near_bounds.swap(bounds);
-  own.near_numbers.swap(numbers);
-  own.bounds = own.near_bounds.data();
-  own.cell = own.near_numbers.data();
-  own.greatest = own.cell + stride;
-  own.chosen = own.greatest + stride;
-  own.stride = stride;
+    std::copy_n(near_numbers.data() + i * before, before, numbers.data() + i * stride);
+  near_bounds.swap(bounds);
+  near_numbers.swap(numbers);
+  this->bounds = near_bounds.data();
+  this->cell = near_numbers.data();
+  this->greatest = this->cell + stride;
+  this->chosen = this->greatest + stride;
+  this->stride = stride;
 }
 
 template <class Real>
-void RowTable<Real>::Space::moreWords(RowSpace<Real>& space, std::size_t words) {
-  Space& own = static_cast<Space&>(space);
-  own.scratch.resizeDiscarding(words + words / 2);
-  own.words = own.scratch.data();
-  own.word_room = own.scratch.size();
+void RowTable<Real>::Space::growWords(std::size_t words) {
+  scratch.resizeDiscarding(words + words / 2);
+  this->words = scratch.data();
+  this->word_room = scratch.size();
 }
 
 // Rows that are there stay where they are.
 template <class Real>
-void RowTable<Real>::Space::moreRows(RowSpace<Real>& space, std::size_t words) {
-  Space& own = static_cast<Space&>(space);
-  if (own.blocks_used == own.blocks.size()) own.blocks.emplace_back();
-  Buffer<std::uint32_t>& block = own.blocks[own.blocks_used];
+void RowTable<Real>::Space::growRows(std::size_t words) {
+  if (blocks_used == blocks.size()) blocks.emplace_back();
+  Buffer<std::uint32_t>& block = blocks[blocks_used];
   block.resizeDiscarding(std::max(words, row_block_words));
-  ++own.blocks_used;
-  own.next = block.data();
-  own.end = block.end();
+  ++blocks_used;
+  this->next = block.data();
+  this->end = block.end();
 }
 
 template <class Real>

@@ -27,11 +27,11 @@ class RowTable {
 
  private:
   // A thread's own storage.
-  struct alignas(64) Space : RowSpace<Real> {
+  struct alignas(64) Space final : RowSpace<Real> {
     void start(std::size_t slots, Row* table);
-    static void moreNear(RowSpace<Real>& space, std::size_t cells);
-    static void moreWords(RowSpace<Real>& space, std::size_t words);
-    static void moreRows(RowSpace<Real>& space, std::size_t words);
+    void growNear(std::size_t cells) override;
+    void growWords(std::size_t words) override;
+    void growRows(std::size_t words) override;
     std::size_t bytes() const {
       return bytesOf(near_bounds, near_numbers, scratch, blocks, pair_counts, slot_marks);
     }

@@ -25,7 +25,7 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   places_.resizeDiscarding(boxes.size);
   std::fill(places_.begin(), places_.end(), nowhere);
   const CellBoxes of = order.boxesOfCells();
-  trees_.build(boxes, of, order.classes(), threads);
+  trees_.build(boxes, of, order.classEnds(), threads);
   runTeam(numbering, teamFor(cells(), grains::box_rows, threads), [&](int thread, int team) {
     const Range own = ownPart(cells(), thread, team);
     for (std::size_t cell = own.begin; cell < own.end; ++cell)

@@ -29,7 +29,7 @@ struct NearCells {
   }
   // Adds those in `mask` of the sixteen cells that a node has the bounds of.
   void add(const Group<Real>& node, std::uint32_t first_cell, unsigned mask) {
-    if (count + 2 * group_size > space.stride) space.growNear(space, count + 2 * group_size);
+    if (count + 2 * group_size > space.stride) space.growNear(count + 2 * group_size);
     Real* const to = space.bounds + count;
     for (int axis = 0; axis < 3; ++axis) {
       Lanes::compress(node.lower[axis], mask, to + axis * space.stride);
@@ -41,7 +41,7 @@ struct NearCells {
   }
   // Beyond the last one there is room for sixteen, which overlap nothing.
   void close() {
-    if (count + group_size > space.stride) space.growNear(space, count + group_size);
+    if (count + group_size > space.stride) space.growNear(count + group_size);
     for (int i = 0; i < group_size; ++i)
       space.bounds[count + i] = static_cast<Real>(__builtin_nanf(""));
     for (int i = 0; i < group_size; ++i) space.greatest[count + i] = 0;
@@ -109,7 +109,7 @@ inline void storeRow(RowSpace<Real>& space, std::uint32_t slot, const std::uint3
                      std::size_t count) {
   if (count == 0) return;
   const std::size_t room = count + 1 + group_size;
-  if (static_cast<std::size_t>(space.end - space.next) < room) space.growRows(space, room);
+  if (static_cast<std::size_t>(space.end - space.next) < room) space.growRows(room);
   std::uint32_t* const to = space.next;
   to[0] = static_cast<std::uint32_t>(count);
   if (count <= group_size)
@@ -129,7 +129,7 @@ inline void findRowsOf(const CellAmongNear<Real> of, unsigned first, unsigned la
   const std::size_t stride = (of.chosen_count + 1) * group_size;
   const std::size_t code_room = of.chosen_count * (last - first) + group_size;
   const std::size_t room = code_room + (last - first) * stride;
-  if (space.word_room < room) space.growWords(space, room);
+  if (space.word_room < room) space.growWords(room);
   std::uint32_t* const codes = space.words;
   std::uint32_t* row = codes + code_room;
   std::uint32_t* ends[group_size];

@@ -69,16 +69,20 @@ struct RowSpace {
   Real* bounds = nullptr;
   std::uint32_t *cell = nullptr, *greatest = nullptr, *chosen = nullptr;
   std::size_t stride = 0;
-  void (*growNear)(RowSpace& space, std::size_t cells);
   std::uint32_t* words = nullptr;
   std::size_t word_room = 0;
-  void (*growWords)(RowSpace& space, std::size_t words);
   std::uint32_t *next = nullptr, *end = nullptr;  // of rows
-  void (*growRows)(RowSpace& space, std::size_t words);
   Row* rows = nullptr;                            // by slot
   std::uint64_t* counts = nullptr;                // pairs, by slot / row_chunk
   // A bit each slot, and one each word of these; none is set between rows.
   std::uint64_t *marks = nullptr, *marked_words = nullptr;
+
+  virtual void growNear(std::size_t cells) = 0;
+  virtual void growWords(std::size_t words) = 0;
+  virtual void growRows(std::size_t words) = 0;
+
+ protected:
+  ~RowSpace() = default;
 };
 
 // Cell i has the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most.
