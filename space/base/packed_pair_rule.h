@@ -1,6 +1,8 @@
 // What still decides about a pair of overlapping boxes: filters, and whether floats can be trusted.
 #pragma once
 
+#include <algorithm>
+
 #include "space/base/box_set.h"
 #include "space/base/pair_list.h"
 
@@ -10,10 +12,10 @@ namespace ode_parallel_sap {
 // the opposite one. Doubles are the exact bounds.
 template <class Real>
 inline bool isBorderline(const BasicBox<Real>& a, const BasicBox<Real>& b) {
-  bool touching = false;
+  Real gap = a.lower[0] - b.upper[0];
   for (int axis = 0; axis < 3; ++axis)
-    touching |= (a.lower[axis] == b.upper[axis]) | (b.lower[axis] == a.upper[axis]);
-  return sizeof(Real) == sizeof(float) && touching;
+    gap = std::max(std::max(gap, a.lower[axis] - b.upper[axis]), b.lower[axis] - a.upper[axis]);
+  return sizeof(Real) == sizeof(float) && gap == 0;
 }
 
 inline bool passesFilters(const BoxSet& boxes, Slot a, Slot b) {

@@ -48,6 +48,8 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
                               PairList& pairs) {
   const Triangle triangle = {boxes.size};
   const Kernels<Real>& kernel = kernels<Real>();
+  const BasicBox<Real>* const all = boxesOf<Real>(boxes);
+  const bool filtered = boxes.filter_bits || boxes.filter_bodies, inexact = !boxes.exact;
   return runTeam(testing, teamFor(tests, grains::box_tests, threads), [&](int thread, int team) {
     const Range own = ownPart(tests, thread, team);
     Buffer<Pair>& written = pairs.parts[thread];
@@ -59,7 +61,12 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
       const std::size_t count = kernel.testLater(cells_.data(), cells_.size(), slot, row.data());
       written.resize(before + count);
       Pair* next = &written[before];
-      for (std::size_t i = 0; i < count; ++i) next = writePair<Real>(boxes, slot, row[i], next);
+      const BasicBox<Real> box = all[slot];
+      for (std::size_t i = 0; i < count; ++i) {
+        if (filtered && !passesFilters(boxes, slot, row[i])) continue;
+        const bool borderline = inexact & isBorderline(box, all[row[i]]);
+        *next++ = makePair(slot, row[i]) | Pair{borderline} << 63;
+      }
       written.resize(next - written.data());
     }
   });
