@@ -54,7 +54,6 @@ inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairRecei
                                           SpaceObservers* watchers) {
   if (stages_) stages_->cache.stop();
   const bool nested = call.scene.nested;
-  if (events_ && nested) events_->skip();
   return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
                                statistics_,
                                {receiver, nested ? nullptr : events_.get(),
@@ -143,6 +142,7 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   const Plan& plan = frame.plan;
   frame.stats.geoms = call.scene.count;
   frame.stats.backend = dParallelSAPBackendCPU;
+  call.lists.small.changes = 0;  // its pairs are those of the last frame no more
   if (!stages_ || !made(call.lists.large)) throw std::bad_alloc();
   stages_->cache.beginFrame();
 
@@ -275,12 +275,10 @@ const PairList& Pipeline::select(Frame& frame) {
 // The pairs of a frame within a callback are no events. `are_same`: all are those of the last
 // frame.
 void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) {
-  if (!events_) return;
-  if (frame.call.scene.nested) return events_->skip();
-  constexpr PairEvents::Source source = PairEvents::Source::frame;
-  if (are_same && events_->updateSame(source)) return;
+  if (!events_ || frame.call.scene.nested) return;
+  if (are_same && events_->updateSame()) return;
   frame.clock.begin(Stage::events);
-  if (!events_->update(pairs, frame.call.scene.slots, source, frame.plan.threads))
+  if (!events_->update(pairs, frame.call.scene.slots, frame.plan.threads))
     complaints_.ofUnreportedEvents();
 }
 

@@ -276,8 +276,7 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
 // False without memory for it.
 bool SmallScenes::updateEvents(const Scene& scene, const SmallLists& lists, const SmallFound& found,
                                PairEvents& events) {
-  constexpr PairEvents::Source source = PairEvents::Source::small_scene;
-  if (found.same && events.updateSame(source)) return true;
+  if (found.same && events.updateSame()) return true;
   try {
     if (!made(event_pairs_)) throw std::bad_alloc();
     event_pairs_->clear(1);
@@ -292,7 +291,7 @@ bool SmallScenes::updateEvents(const Scene& scene, const SmallLists& lists, cons
     events.updateUnknown();
     return false;
   }
-  return events.update(*event_pairs_, scene.slots, source, 1);
+  return events.update(*event_pairs_, scene.slots, 1);
 }
 
 }  // namespace ode_parallel_sap

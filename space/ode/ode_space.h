@@ -74,6 +74,7 @@ class ParallelSAPSpace : public dxSpace {
 
   // Which pairs begin and end, if events are on.
   void turnEvents(bool on) { pipeline_.turnEvents(on); }
+  bool hasEvents() const { return pipeline_.hasEvents(); }
   const PairEvents& events() const { return pipeline_.events(); }
 
   // Whether a call of it runs, or was left by longjmp.
