@@ -20,10 +20,11 @@ Found Extraction::findBy(int method, const BoxSet& boxes, const ExtractionPlan& 
   found.method = method;
   if (plan.devices > 0) found.devices = devices_.find(method, boxes, plan, pairs);
   if (found.devices > 0) return found;
-  finders_.with(boxes.wide, [&](auto& by) {
+  const auto findOnCPU = [&](auto& by) {
     by.axis_lists.limit(plan.axis_lists_bytes);
     found.threads = by.of(method).find(boxes, plan.threads, pairs);
-  });
+  };
+  boxes.wide ? findOnCPU(doubles_) : findOnCPU(floats_);
   return found;
 }
 
