@@ -150,13 +150,12 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   PairCache::Update update;
   if (plan.use_cache)
     update = stages_->cache.update(call.geoms(), call.slots(), plan.rules, plan.threads,
-                                   stages_->geom_update);
+                                   stages_->geom_update, frame.stats);
   if (update.unannounced.count)
     complaints_.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
   Found found;
   if (!update.kept || !renew(frame, update)) {
     update.kept = false;
-    frame.stats.moved += update.moved_in_vain;
     found = findAnew(frame);
   }
   const PairList& pairs = select(frame);
@@ -182,15 +181,10 @@ bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   if (!update.isSame()) frame.clock.begin(Stage::synchronise);
   noteUpdate(frame);
   if (!update.isSame()) frame.clock.begin(Stage::extract);
-  PairCache::Counts counts;
-  if (!stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
-                            call.tree, stages_->pair_filter, call.lists.large->candidates, counts))
-    return false;
   frame.stats.method = dParallelSAPMethodSweep;
-  frame.stats.find_threads = counts.threads;
-  frame.stats.candidates = counts.found;
-  frame.stats.kept = counts.kept;
-  return true;
+  return stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
+                              call.tree, stages_->pair_filter, call.lists.large->candidates,
+                              frame.stats);
 }
 
 // update -> synchronise -> extract -> filter, for all geoms.
