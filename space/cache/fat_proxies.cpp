@@ -175,7 +175,6 @@ void FatProxies::stop() {
   fat_ = BoxSet();
   candidates_ = PairList();
   changed_pairs_ = ChangedPairs();
-  merge_ = PairMerge();
   tree_ = QueryTree<float>();
 }
 
@@ -228,7 +227,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
                                          hits.resizeDiscarding(tree_.most());
                                          hits.resize(tree_.find(fat_.boxes[slot], hits.data()));
                                        });
-  kept_ = merge_.replace(left_, changed_pairs_.found(), threads, candidates_);
+  kept_ = changed_pairs_.replace(left_, threads, candidates_);
   return used;
 }
 

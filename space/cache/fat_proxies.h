@@ -11,7 +11,6 @@
 #include "space/base/pair_list.h"
 #include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
-#include "space/cache/pair_merge.h"
 #include "space/pairs/sweep.h"
 #include "space/queries/query_tree.h"
 
@@ -38,8 +37,7 @@ class FatProxies {
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
   std::size_t bytes() const {
-    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, merge_, sample_,
-                   borderline_);
+    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, sample_, borderline_);
   }
 
  private:
@@ -65,7 +63,6 @@ class FatProxies {
   QueryTree<float> tree_;  // of the fat boxes
   double stray_rows_ = 0;  // gone through since it was built
   ChangedPairs changed_pairs_;
-  PairMerge merge_;
   std::size_t kept_ = 0;
   Buffer<Box> sample_;                                      // some boxes of the last frame
   std::size_t sampled_ = 0;                                 // of so many slots; 0: none

@@ -69,7 +69,7 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   PairList& found = changed_pairs_.found();
   stats.candidates = found.size();
   filter.dropExcluded(geoms.data(), geom_update, rules_, rules_.cull_planes, threads, found);
-  stats.kept = merge_.replace(changed_, found, threads, pairs);
+  stats.kept = changed_pairs_.replace(changed_, threads, pairs);
   forgetChanges();
   return true;
 }

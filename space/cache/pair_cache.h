@@ -12,7 +12,6 @@
 #include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
 #include "space/cache/fat_proxies.h"
-#include "space/cache/pair_merge.h"
 #include "space/cache/plane_pairs.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
@@ -88,7 +87,7 @@ class PairCache {
   // Culled planes, of frames that are found anew.
   PlanePairs& planes() { return planes_; }
 
-  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, merge_, fat_, planes_); }
+  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, fat_, planes_); }
 
  private:
   bool tooMany(std::size_t changes, std::size_t slots) const;
@@ -100,7 +99,6 @@ class PairCache {
   bool reported_all_ = false;  // of the candidates, in the last frame
   PackRules rules_;            // of the last update()
   ChangedPairs changed_pairs_;
-  PairMerge merge_;
   FatProxies fat_;
   PlanePairs planes_;
 };

@@ -7,7 +7,6 @@
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/geoms/pair_rule.h"
-#include "space/pairs/pair_sort.h"
 
 namespace ode_parallel_sap {
 
@@ -30,7 +29,7 @@ void PlanePairs::take(dxGeom* const* geoms, GeomUpdate& update, int threads) {
     set_.insert(slot);
   }
   const int most = teamFor(boxes.size * planes_.size(), grains::geom_tests, threads);
-  clearForTeam(parts_, most);
+  std::vector<Buffer<Pair>>& parts = pairs_.parts(most);
   runTeam(meeting, most, [&](int thread, int team) {
     const ScopedMode mode(exactMode());
     const Range own = ownPart(boxes.size, thread, team);
@@ -42,16 +41,16 @@ void PlanePairs::take(dxGeom* const* geoms, GeomUpdate& update, int threads) {
         const dxGeom* const geom = geoms[other];
         if (!isClearOfPlane(geom->aabb, plane->p) && boxesOverlap(plane, geom) &&
             passesFilters(boxes, slot, other))
-          parts_[thread].push_back(makePair(std::min(slot, other), std::max(slot, other)));
+          parts[thread].push_back(makePair(std::min(slot, other), std::max(slot, other)));
       }
     }
   });
-  sortPairs(parts_, boxes.size, threads, scratch_, found_);
+  pairs_.sort(boxes.size, threads);
   for (const Slot slot : planes_) boxes.deactivate(slot);
 }
 
 void PlanePairs::putBack(dxGeom* const* geoms, BoxSet& boxes, int threads, PairList& pairs) {
-  merge_.replace(set_, found_, threads, pairs);
+  pairs_.replace(set_, threads, pairs);
   const ScopedMode mode(exactMode());
   for (const Slot slot : planes_)
     if (boxes.wide)
