@@ -320,16 +320,9 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   frame.clock.begin(Stage::narrow);
   const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
                                      call.lists.large->limit};
-  LastStage::Collided collided;
-  if (!last_stage_->prepare(of_frame, collided)) return false;
-  frame.clock.pause();
-  if (collided.pairs) {
-    frame.stats.narrow_threads = collided.threads;
-    frame.stats.contacts = collided.contacts;
-    frame.stats.apart = collided.apart;
-    noteStats(frame);  // should the callback throw, or collide again
-  }
+  if (!last_stage_->prepare(of_frame, frame.stats)) return false;
   frame.clock.begin(Stage::report);
+  noteStats(frame);  // should the callback throw, or collide again
   last_stage_->report(of_frame, data, callback);
   return true;
 }
