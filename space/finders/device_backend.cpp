@@ -74,7 +74,6 @@ void DeviceBackend::reportFailures(const std::string& reason) {
   if (finder_) failed = finder_->sweep->takeFailures();
   const bool all_full = finder_ && finder_->all_are_full;
   if (left_out.empty() && failed.empty() && !failed_ && !all_full) return;
-  loss_ = true;
   bool own_full = all_full;
   for (const FailedDevice& device : failed) {
     own_full = own_full || device.out_of_memory;
@@ -185,9 +184,5 @@ std::size_t DeviceBackend::bytes() const {
 }
 
 #endif
-
-bool DeviceBackend::takeLoss() {
-  return std::exchange(loss_, false);
-}
 
 }  // namespace ode_parallel_sap

@@ -50,8 +50,6 @@ class DeviceBackend {
   int find(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   // Reports the devices that could not be made ready meanwhile.
   void reportLeftOut();
-  // Whether devices were reported as failed or left out since the last call.
-  bool takeLoss();
   std::size_t bytes() const;
 
  private:
@@ -62,7 +60,6 @@ class DeviceBackend {
 
   std::unique_ptr<Finder> finder_;
   bool failed_ = false;
-  bool loss_ = false;  // not taken yet
 };
 
 }  // namespace ode_parallel_sap

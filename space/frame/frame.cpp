@@ -291,7 +291,6 @@ void Pipeline::learn(const Frame& frame, const Found* found) {
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = stages_->extraction.devices();
   devices.reportLeftOut();
-  if (devices.takeLoss()) stages_->policy.learnOfLoss(devices.devices().usable);
   const int wanted = stages_->policy.learnMissedDevices(factsOf(frame.call), settings);
   if (wanted > 0) devices.prepare(wanted);
 }

@@ -103,6 +103,7 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Found& found
 }
 
 int Policy::learnMissedDevices(const SceneFacts& facts, const Settings& settings) {
+  device_choice_.lost(facts.devices.usable);
   return device_choice_.learnMissed(facts.slots, candidatesOf(settings, facts.devices.usable),
                                     facts.devices.ready);
 }
