@@ -93,14 +93,14 @@ unsigned findOneByOne(dxGeom* const* geoms, unsigned count, PlacePair* pairs) {
 }
 
 // Whether an enabled geom takes part. Counts it if it is one of those that few scenes have.
-__attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallFound& found) {
+__attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallLists& lists, SmallFound& found) {
   if (!isEnabled(geom)) return false;  // it is an empty sub-space
   if (hasNaN(geom)) {
     ++found.counts.invalid;
     return false;
   }
-  if (isUnbounded(geom)) ++found.counts.unbounded;
-  if (isUserClass(geom)) found.user_classes = true;
+  if (isUnbounded(geom)) ++lists.unbounded;
+  if (isUserClass(geom)) lists.user_classes = true;
   return true;
 }
 
@@ -118,7 +118,7 @@ inline bool listActive(dxGeom* first, SmallLists& lists, SmallFound& found, bool
     if ((geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
     const bool usual =
         listed ? active[actives] == geom : geom->type < dFirstSpaceClass && isPlain(geom);
-    if (!usual && !takesPart(geom, found)) continue;
+    if (!usual && !takesPart(geom, lists, found)) continue;
     if (listed && !usual) return false;
     active[actives++] = geom;
     shared_bits &= geom->category_bits & geom->collide_bits;
@@ -146,23 +146,20 @@ inline unsigned filter(SmallLists& lists, Keeps keeps) {
 inline void findAmongClean(const Scene& scene, const PackRules& rules, bool still,
                            SmallLists& lists, SmallFound& found) {
   bool by_filters;
-  if (still && (still = listActive<true>(scene.first, lists, found, by_filters))) {
-    found.counts.unbounded = lists.unbounded;
-    found.user_classes = lists.user_classes;
-  } else {
-    found.counts.invalid = found.counts.unbounded = 0;
-    found.user_classes = false;
+  still = still && listActive<true>(scene.first, lists, found, by_filters);
+  if (!still) {
+    found.counts.invalid = lists.unbounded = 0;
+    lists.user_classes = false;
     listActive<false>(scene.first, lists, found, by_filters);
-    lists.unbounded = found.counts.unbounded;
-    lists.user_classes = found.user_classes;
     lists.overlaps = lists.actives > most_without_vectors
                          ? findByVectors(lists, lists.actives)
                          : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
   }
   const PairRule rule(rules);
-  const bool takes_all = !by_filters && rule.isODEs() && !found.user_classes;
+  const bool takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
   found.same = still && takes_all && lists.takes_all;
   found.counts.geoms = static_cast<unsigned>(scene.count);
+  found.counts.unbounded = lists.unbounded;
   found.counts.disabled = found.counts.geoms - lists.actives - found.counts.invalid;
   found.counts.candidates = found.counts.pairs = lists.overlaps;
   if (!takes_all || (still && !lists.takes_all))
@@ -248,7 +245,7 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
   find(scene, rules, still, lists, found);
   lists.changes = changes;  // what changed meanwhile counts for the next one
   if (found.counts.invalid) complainOfInvalid(scene.first, complaints);
-  if (found.user_classes)
+  if (lists.user_classes)
     found.counts.pairs = filter(lists, [](PlacePair pair, dxGeom* a, dxGeom* b) {
       return !pair.isLeftOut() && passesAABBTests(a, b);
     });

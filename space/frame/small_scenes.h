@@ -55,7 +55,6 @@ struct SmallLists {
 // What a small frame found in its lists.
 struct SmallFound {
   FrameCounts counts = {};
-  bool user_classes = false;
   bool same = false;  // the pairs are those of the lists' last frame
 };
 
