@@ -130,15 +130,6 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
   for (std::size_t slot = both; slot < any; ++slot) left_.insert(static_cast<Slot>(slot));
 }
 
-// Whether so few boxes left their fat ones that candidates serve: at most half of what is found
-// anew as quickly.
-bool FatProxies::candidatesServe(const BoxSet& boxes, int threads) {
-  if (fat_.filter_bits != boxes.filter_bits || fat_.filter_bodies != boxes.filter_bodies)
-    return false;
-  listLeft(boxes, threads);
-  return 2 * left_.count() * changing_share <= boxes.size;
-}
-
 bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
   const ScopedMode mode(exactMode());
   bool slow;
@@ -153,9 +144,13 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
   }
   skipped_ = 0;
   if (!running_) return slow;
-  if (candidatesServe(boxes, threads)) {
-    back_off_.paid();
-    return true;
+  // Candidates serve if so few boxes left their fat ones: half of what is found anew as quickly.
+  if (fat_.filter_bits == boxes.filter_bits && fat_.filter_bodies == boxes.filter_bodies) {
+    listLeft(boxes, threads);
+    if (2 * left_.count() * changing_share <= boxes.size) {
+      back_off_.paid();
+      return true;
+    }
   }
   const bool in_vain = frames_ == 0;
   stop();

@@ -42,7 +42,6 @@ class FatProxies {
 
  private:
   float usefulTolerance(const BoxSet& boxes, double tolerance, bool& slow);
-  bool candidatesServe(const BoxSet& boxes, int threads);
   bool filtersChanged(const BoxSet& boxes, Slot slot) const;
   void listLeft(const BoxSet& boxes, int threads);
   void fatten(const BoxSet& boxes, Slot slot, float share);
