@@ -55,9 +55,8 @@ inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairRecei
   if (stages_) stages_->cache.stop();
   const bool nested = call.scene.nested;
   return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
-                               statistics_,
-                               {receiver, nested ? nullptr : events_.get(),
-                                watchers && !nested && watchers->isDue() ? watchers : nullptr});
+                               statistics_, receiver, nested ? nullptr : events_.get(),
+                               watchers && !nested && watchers->isDue() ? watchers : nullptr);
 }
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
