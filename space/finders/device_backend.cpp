@@ -99,10 +99,9 @@ void DeviceBackend::reportFailures(const std::string& reason) {
 }
 
 // Where the last device fails, that was the last time.
-int DeviceBackend::find(int method, const BoxSet& boxes, const ExtractionPlan& plan,
-                        PairList& pairs) {
-  const bool by_lists = method == dParallelSAPMethodAxisLists;
-  if (failed_ || (!by_lists && (method != dParallelSAPMethodSweep || boxes.wide))) return 0;
+int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs) {
+  const bool by_lists = plan.method == dParallelSAPMethodAxisLists;
+  if (failed_ || (!by_lists && (plan.method != dParallelSAPMethodSweep || boxes.wide))) return 0;
   if (!finder_) finder_ = std::make_unique<Finder>();
   if (finder_->retry.isDue()) finder_->takeAll();
   int used = 0;
@@ -175,7 +174,7 @@ DeviceBackend::Devices DeviceBackend::devices() const {
   return {};
 }
 void DeviceBackend::prepare(int) {}
-int DeviceBackend::find(int, const BoxSet&, const ExtractionPlan&, PairList&) {
+int DeviceBackend::find(const BoxSet&, const ExtractionPlan&, PairList&) {
   return 0;
 }
 void DeviceBackend::reportLeftOut() {}

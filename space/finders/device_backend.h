@@ -40,14 +40,14 @@ class DeviceBackend {
   // Has another thread make so many devices ready for this space.
   void prepare(int devices);
 
-  // As PairFinder::find, by a method that is no Auto, on the plan's devices; returns how many found
+  // As PairFinder::find, by the plan's method, on the plan's devices; returns how many found
   // the pairs. 0, with nothing in `pairs`, where devices do not take such boxes or methods or all
   // have failed: the caller then finds the pairs itself. A device that fails is reported once
   // through dMessage and not used again by this space; one that cannot be made ready is not used by
   // any. One that is out of memory is tried again at growing intervals, one that the
   // program has reset at once. Throws ListsTooLong where
   // the memory of one of them, or the plan's limit, does not suffice.
-  int find(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
+  int find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   // Reports the devices that could not be made ready meanwhile.
   void reportLeftOut();
   std::size_t bytes() const;

@@ -42,11 +42,26 @@ struct Found {
 class Extraction {
  public:
   // Makes `pairs` those of the boxes that overlap. Throws std::bad_alloc where memory ends.
-  Found find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
+  Found find(const BoxSet& boxes, ExtractionPlan plan, PairList& pairs) try {
+    Found found;
+    found.method = plan.method;
+    if (plan.devices > 0) found.devices = devices_.find(boxes, plan, pairs);
+    if (found.devices > 0) return found;
+    const auto findOnCPU = [&](auto& by) {
+      by.axis_lists.limit(plan.axis_lists_bytes);
+      found.threads = by.of(plan.method).find(boxes, plan.threads, pairs);
+    };
+    boxes.wide ? findOnCPU(doubles_) : findOnCPU(floats_);
+    return found;
+  } catch (const ListsTooLong& lists) {
+    plan.method = dParallelSAPMethodSweep;
+    Found found = find(boxes, plan, pairs);
+    found.too_long = lists;
+    return found;
+  }
 
   Sweep<float>& sweep() { return floats_.sweep; }
   DeviceBackend& devices() { return devices_; }
-  const DeviceBackend& devices() const { return devices_; }
 
   // Gives back what is held, but for the devices: that took too long to get.
   void release() {
@@ -56,8 +71,6 @@ class Extraction {
   std::size_t bytes() const { return bytesOf(floats_, doubles_, devices_); }
 
  private:
-  Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
-
   FindersOf<float> floats_;
   FindersOf<double> doubles_;
   DeviceBackend devices_;
