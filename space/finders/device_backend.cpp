@@ -146,7 +146,6 @@ int DeviceBackend::findByAxisLists(const BoxSet& boxes, const ExtractionPlan& pl
   }
   if (used.empty()) throw DeviceFailure("no device is left");
   lists.useDevices(used);
-  lists.limit(plan.axis_lists_bytes);
   lists.find(boxes, plan.threads, pairs);
   return static_cast<int>(used.size());
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -20,7 +19,6 @@ struct ExtractionPlan {
   int method = 0;   // a dParallelSAPMethod, never Auto
   int devices = 0;  // 0: on the CPU
   int threads = 1;
-  std::uint64_t axis_lists_bytes = 0;
 };
 
 // One space's share of the devices.
@@ -46,7 +44,7 @@ class DeviceBackend {
   // through dMessage and not used again by this space; one that cannot be made ready is not used by
   // any. One that is out of memory is tried again at growing intervals, one that the
   // program has reset at once. Throws ListsTooLong where
-  // the memory of one of them, or the plan's limit, does not suffice.
+  // the memory of one of them does not suffice.
   int find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   // Reports the devices that could not be made ready meanwhile.
   void reportLeftOut();

@@ -47,11 +47,8 @@ class Extraction {
     found.method = plan.method;
     if (plan.devices > 0) found.devices = devices_.find(boxes, plan, pairs);
     if (found.devices > 0) return found;
-    const auto findOnCPU = [&](auto& by) {
-      by.axis_lists.limit(plan.axis_lists_bytes);
-      found.threads = by.of(plan.method).find(boxes, plan.threads, pairs);
-    };
-    boxes.wide ? findOnCPU(doubles_) : findOnCPU(floats_);
+    PairFinder& finder = boxes.wide ? doubles_.of(plan.method) : floats_.of(plan.method);
+    found.threads = finder.find(boxes, plan.threads, pairs);
     return found;
   } catch (const ListsTooLong& lists) {
     plan.method = dParallelSAPMethodSweep;

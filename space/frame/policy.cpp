@@ -60,7 +60,6 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
             ? dParallelSAPMethodSweep
             : dParallelSAPMethodBruteForce;
   extraction.threads = plan.threads;
-  extraction.axis_lists_bytes = settings.axis_lists_bytes;
   // Times must not decide which extra pairs a tolerance lets through.
   const bool only_cpu = mayTakeProcessor(settings) && settings.rules.tolerance > 0;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU && !only_cpu)
