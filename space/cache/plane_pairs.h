@@ -15,16 +15,15 @@ class PlanePairs {
  public:
   // Finds the pairs of planes that are packed, and makes the boxes of these planes inactive.
   void take(dxGeom* const* geoms, GeomUpdate& update, int threads);
-  bool any() const { return planes_.size() != 0; }
+  bool any() const { return set_.count() != 0; }
   // These pairs, ascending.
   PairList& found() { return pairs_.found(); }
   // Puts them into `pairs`, which are ascending, and the boxes back.
   void putBack(dxGeom* const* geoms, BoxSet& boxes, int threads, PairList& pairs);
-  std::size_t bytes() const { return bytesOf(set_, planes_, pairs_); }
+  std::size_t bytes() const { return bytesOf(set_, pairs_); }
 
  private:
   SlotSet set_;
-  Buffer<Slot> planes_;  // the same as a list
   ChangedPairs pairs_;
 };
 
