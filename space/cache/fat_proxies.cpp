@@ -143,7 +143,7 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
     return false;
   }
   skipped_ = 0;
-  if (!running_) return slow;
+  if (fat_.size == 0) return slow;
   // Candidates serve if so few boxes left their fat ones: half of what is found anew as quickly.
   if (fat_.filter_bits == boxes.filter_bits && fat_.filter_bodies == boxes.filter_bodies) {
     listLeft(boxes, threads);
@@ -161,12 +161,10 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
 void FatProxies::noteUnused() {
   // fixed: a second of a program's. To make all anew costs half a frame.
   constexpr int held_frames = 64;
-  if (running_ && ++skipped_ > held_frames) stop();
+  if (fat_.size > 0 && ++skipped_ > held_frames) stop();
 }
 
 void FatProxies::stop() {
-  if (!running_) return;
-  running_ = false;
   fat_ = BoxSet();
   candidates_ = PairList();
   changed_pairs_ = ChangedPairs();
@@ -183,7 +181,6 @@ void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
 }
 
 int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
-  running_ = true;
   frames_ = 0;
   fat_.filter_bits = boxes.filter_bits;
   fat_.filter_bodies = boxes.filter_bodies;
@@ -267,7 +264,7 @@ int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, Pair
   const ScopedMode mode(exactMode());
   try {
     kept_ = 0;
-    const int used = running_ ? follow(boxes, threads) : start(boxes, threads, sweep);
+    const int used = fat_.size > 0 ? follow(boxes, threads) : start(boxes, threads, sweep);
     return std::max(used, test(boxes, threads, pairs));
   } catch (...) {
     stop();

@@ -51,11 +51,10 @@ class FatProxies {
   void stop();
 
   float tolerance_ = 0;
-  bool running_ = false;
   BackOff back_off_{4};
   int frames_ = 0;   // since all got fat boxes
   int skipped_ = 0;  // frames since prepare() looked
-  BoxSet fat_;
+  BoxSet fat_;       // empty while it does not run
   PairList candidates_;
   SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone
   Buffer<Slot> leaving_;   // those of them that are still there, ascending
