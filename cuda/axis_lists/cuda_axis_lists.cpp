@@ -45,8 +45,7 @@ class DevicePart {
     CHECK_CUDA(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device));
   }
   // Finds the part's pairs, of its own box numbers, in no particular order.
-  void find(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes,
-            Buffer<Pair>& found);
+  void find(const AxisPart& part, const AxisChoice& axes, Buffer<Pair>& found);
   std::size_t deviceBytes() const {
     std::size_t bytes = rows_.bytes() + both_.bytes() + all_.bytes() + counts_.bytes();
     for (const DeviceBuffer<std::uint32_t>& list : lists_) bytes += list.bytes();
@@ -54,7 +53,7 @@ class DevicePart {
   }
 
  private:
-  void reserve(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes);
+  void reserve(const AxisPart& part, const AxisChoice& axes);
   void sendRows(const AxisPart& part, AxisView (&views)[3]);
 
   int processors_ = 0;
@@ -79,7 +78,7 @@ struct RowsLayout {
 };
 
 // Counts all that the part needs before anything of it is taken.
-void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes) {
+void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes) {
   std::uint64_t rows = 0, lists[3], all_lists = 0;
   for (int axis = 0; axis < 3; ++axis) {
     rows += RowsLayout(part.rows(axis)).bytes();
@@ -89,8 +88,8 @@ void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes, std::uint
   const std::uint64_t chunk = std::min(part.end() - part.begin(), axis_chunk_pairs);
   const std::uint64_t needed =
       rows + all_lists * sizeof(std::uint32_t) + 2 * chunk * sizeof(Pair) + sizeof(CommonCounts);
-  std::uint64_t allowed = most_bytes;
-  if (!most_bytes && needed > deviceBytes()) {
+  std::uint64_t allowed = most_list_bytes.load(std::memory_order_relaxed);
+  if (!allowed && needed > deviceBytes()) {
     std::size_t free = 0, total = 0;
     CHECK_CUDA(cudaMemGetInfo(&free, &total));
     allowed = (free + deviceBytes()) / 2;
@@ -130,11 +129,10 @@ void DevicePart::sendRows(const AxisPart& part, AxisView (&views)[3]) {
   }
 }
 
-void DevicePart::find(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes,
-                      Buffer<Pair>& found) {
+void DevicePart::find(const AxisPart& part, const AxisChoice& axes, Buffer<Pair>& found) {
   found.resizeDiscarding(0);
   if (part.begin() == part.end()) return;
-  reserve(part, axes, most_bytes);
+  reserve(part, axes);
   AxisView views[3];
   sendRows(part, views);
   AxisView &first = views[axes.fullest], &second = views[axes.second], &third = views[axes.third];
@@ -164,7 +162,6 @@ class CudaAxisLists final : public CudaAxisListsFinder {
   std::size_t bytes() const override;
   std::size_t deviceBytes() const override;
   void useDevices(const std::vector<int>& devices) override;
-  void limit(std::uint64_t most_bytes) override { most_bytes_ = most_bytes; }
   const CudaAxisListsTimes& times() const override { return times_; }
 
  private:
@@ -188,7 +185,6 @@ class CudaAxisLists final : public CudaAxisListsFinder {
   void finish(const BoxSet& boxes, int threads, PairList& pairs);
   void releaseDevices();
 
-  std::uint64_t most_bytes_ = 0;
   EndpointLists<float> endpoints_;
   EndpointLists<double> wide_endpoints_;
   std::vector<Share> shares_ = std::vector<Share>(1);
@@ -232,7 +228,7 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
         const ScopedDevice device(share.driver_context);
         cudaGetLastError();  // not ours
         if (!share.device) share.device = std::make_unique<DevicePart>(share.number);
-        share.device->find(share.part, axes, most_bytes_, share.found);
+        share.device->find(share.part, axes, share.found);
       }
     });
   } catch (const ListsTooLong&) {

@@ -31,8 +31,6 @@ class CudaAxisListsFinder : public PairFinder {
   // These devices share the work from now on, each an equal part of the pairs of the fullest axis;
   // one may be named twice.
   virtual void useDevices(const std::vector<int>& devices) = 0;
-  // The most bytes a device may hold for this; 0, the default: half of what it has free.
-  virtual void limit(std::uint64_t most_bytes) = 0;
   virtual const CudaAxisListsTimes& times() const = 0;
 };
 

@@ -99,14 +99,14 @@ bool checkFaultsAndLimit(const std::vector<int>& devices, int threads) {
   // A fresh scene, so that nothing of what is held suffices.
   sceneOf("cube").fill(10000, 3, boxes);
   Sweep<float>().find(boxes, threads, expected);
-  finder->limit(1 << 20);
+  most_list_bytes = 1 << 20;
   bool refused = false;
   try {
     finder->find(boxes, threads, found);
   } catch (const ListsTooLong& lists) {
     refused = lists.allowed == 1 << 20 && lists.needed > lists.allowed;
   }
-  finder->limit(0);
+  most_list_bytes = 0;
   finder->find(boxes, threads, found);
   good = samePairs("axis lists after their limit", expected, found) && good;
   if (!refused) std::printf("FAILED: the limit of the axis lists%s\n", nameOf(devices).c_str());

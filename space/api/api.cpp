@@ -211,7 +211,7 @@ void dParallelSAPSpaceSetEvents(dSpaceID space, int on) {
 }
 
 int dParallelSAPSpaceGetEvents(dSpaceID space) {
-  return checked(space).events().on();
+  return checked(space).hasEvents();
 }
 
 size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space, const dParallelSAPPairEvent** pairs) {

@@ -1,6 +1,7 @@
 // What every method of finding pairs implements, on whatever back end.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
@@ -10,7 +11,11 @@
 
 namespace ode_parallel_sap {
 
-// The paper's lists of a scene need more memory than they may take. Both in bytes.
+// The most bytes that the paper's lists of a scene may take, on each device. 0, but in tests: half
+// of what is free.
+inline std::atomic<std::uint64_t> most_list_bytes{0};
+
+// They need more memory than they may take. Both in bytes.
 class ListsTooLong : public std::runtime_error {
  public:
   ListsTooLong(std::uint64_t needed, std::uint64_t allowed)

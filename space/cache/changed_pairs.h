@@ -1,4 +1,4 @@
-// The pairs of few boxes with all others, found box by box.
+// The pairs of few boxes with all others, found box by box and put among those of all.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ class ChangedPairs {
            int threads, Meet meet) {
     const std::size_t count = changed.size();
     const int team = teamFor(count, grains::changed_boxes, threads);
-    clearForTeam(parts_, team);
+    parts(team);
     hits_.resize(std::max(hits_.size(), static_cast<std::size_t>(team)));
     const int used =
         runChunks(meeting_changed, team, count, chunkOf(count, changed_chunk, team),
@@ -43,13 +43,29 @@ class ChangedPairs {
                       addPairs(boxes, all_active, slot, set, hits_[thread], parts_[thread]);
                     }
                   });
-    sortPairs(parts_, boxes.size, threads, workspace_, found_);
+    sort(boxes.size, threads);
     return used;
   }
+  // Lists for a team's threads to put such pairs into, of which sort() makes found().
+  std::vector<Buffer<Pair>>& parts(int team) {
+    clearForTeam(parts_, team);
+    return parts_;
+  }
+  void sort(std::size_t slots, int threads) {
+    sortPairs(parts_, slots, threads, workspace_, found_);
+  }
   PairList& found() { return found_; }
-  std::size_t bytes() const { return bytesOf(parts_, hits_, workspace_, found_); }
+  // Takes all pairs that a slot of `changed` is in out of `pairs`, and puts found(), all pairs of
+  // these slots, in. Both are ascending, as is the result. Returns how many pairs stayed.
+  std::size_t replace(const SlotSet& changed, int threads, PairList& pairs);
+  std::size_t bytes() const {
+    return bytesOf(parts_, hits_, workspace_, found_, tasks_, joined_, merged_);
+  }
 
  private:
+  struct Task {
+    const Pair *begin, *end, *found_begin, *found_end;
+  };
   static bool isActive(const BoxSet& boxes, Slot slot) {
     return boxes.wide ? ode_parallel_sap::isActive(boxes.wide_boxes[slot])
                       : ode_parallel_sap::isActive(boxes.boxes[slot]);
@@ -65,10 +81,17 @@ class ChangedPairs {
     }
   }
 
+  static std::size_t merge(const Task& task, const SlotSet& changed, Buffer<Pair>& merged);
+  const Buffer<Pair>& inOnePart();
+  void planTasks(const PairList& pairs, const Buffer<Pair>& found, int threads);
+
   std::vector<Buffer<Pair>> parts_;  // one a thread, as are the next
   std::vector<Buffer<Slot>> hits_;
   Buffer<std::uint64_t> workspace_;
   PairList found_;
+  std::vector<Task> tasks_;
+  Buffer<Pair> joined_;
+  PairList merged_;
 };
 
 }  // namespace ode_parallel_sap

@@ -130,15 +130,6 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
   for (std::size_t slot = both; slot < any; ++slot) left_.insert(static_cast<Slot>(slot));
 }
 
-// Whether so few boxes left their fat ones that candidates serve: at most half of what is found
-// anew as quickly.
-bool FatProxies::candidatesServe(const BoxSet& boxes, int threads) {
-  if (fat_.filter_bits != boxes.filter_bits || fat_.filter_bodies != boxes.filter_bodies)
-    return false;
-  listLeft(boxes, threads);
-  return 2 * left_.count() * changing_share <= boxes.size;
-}
-
 bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
   const ScopedMode mode(exactMode());
   bool slow;
@@ -152,10 +143,14 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
     return false;
   }
   skipped_ = 0;
-  if (!running_) return slow;
-  if (candidatesServe(boxes, threads)) {
-    back_off_.paid();
-    return true;
+  if (fat_.size == 0) return slow;
+  // Candidates serve if so few boxes left their fat ones: half of what is found anew as quickly.
+  if (fat_.filter_bits == boxes.filter_bits && fat_.filter_bodies == boxes.filter_bodies) {
+    listLeft(boxes, threads);
+    if (2 * left_.count() * changing_share <= boxes.size) {
+      back_off_.paid();
+      return true;
+    }
   }
   const bool in_vain = frames_ == 0;
   stop();
@@ -166,16 +161,13 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
 void FatProxies::noteUnused() {
   // fixed: a second of a program's. To make all anew costs half a frame.
   constexpr int held_frames = 64;
-  if (running_ && ++skipped_ > held_frames) stop();
+  if (fat_.size > 0 && ++skipped_ > held_frames) stop();
 }
 
 void FatProxies::stop() {
-  if (!running_) return;
-  running_ = false;
   fat_ = BoxSet();
   candidates_ = PairList();
   changed_pairs_ = ChangedPairs();
-  merge_ = PairMerge();
   tree_ = QueryTree<float>();
 }
 
@@ -189,7 +181,6 @@ void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
 }
 
 int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
-  running_ = true;
   frames_ = 0;
   fat_.filter_bits = boxes.filter_bits;
   fat_.filter_bodies = boxes.filter_bodies;
@@ -229,7 +220,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
                                          hits.resize(tree_.find(fat_.boxes[slot], hits.data()));
                                          for (Slot& hit : hits) hit /= 2;
                                        });
-  kept_ = merge_.replace(left_, changed_pairs_.found(), threads, candidates_);
+  kept_ = changed_pairs_.replace(left_, threads, candidates_);
   return used;
 }
 
@@ -274,7 +265,7 @@ int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, Pair
   const ScopedMode mode(exactMode());
   try {
     kept_ = 0;
-    const int used = running_ ? follow(boxes, threads) : start(boxes, threads, sweep);
+    const int used = fat_.size > 0 ? follow(boxes, threads) : start(boxes, threads, sweep);
     return std::max(used, test(boxes, threads, pairs));
   } catch (...) {
     stop();

@@ -11,7 +11,6 @@
 #include "space/base/pair_list.h"
 #include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
-#include "space/cache/pair_merge.h"
 #include "space/pairs/sweep.h"
 #include "space/queries/query_tree.h"
 
@@ -38,13 +37,11 @@ class FatProxies {
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
   std::size_t bytes() const {
-    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, merge_, sample_,
-                   borderline_);
+    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, sample_, borderline_);
   }
 
  private:
   float usefulTolerance(const BoxSet& boxes, double tolerance, bool& slow);
-  bool candidatesServe(const BoxSet& boxes, int threads);
   bool filtersChanged(const BoxSet& boxes, Slot slot) const;
   void listLeft(const BoxSet& boxes, int threads);
   void fatten(const BoxSet& boxes, Slot slot, float share);
@@ -54,18 +51,16 @@ class FatProxies {
   void stop();
 
   float tolerance_ = 0;
-  bool running_ = false;
   BackOff back_off_{4};
   int frames_ = 0;   // since all got fat boxes
   int skipped_ = 0;  // frames since prepare() looked
-  BoxSet fat_;
+  BoxSet fat_;       // empty while it does not run
   PairList candidates_;
   SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone
   Buffer<Slot> leaving_;   // those of them that are still there, ascending
   QueryTree<float> tree_;  // of the fat boxes
   double stray_rows_ = 0;  // gone through since it was built
   ChangedPairs changed_pairs_;
-  PairMerge merge_;
   std::size_t kept_ = 0;
   Buffer<Box> sample_;                                      // some boxes of the last frame
   std::size_t sampled_ = 0;                                 // of so many slots; 0: none

@@ -27,7 +27,8 @@ bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
 }
 
 PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
-                                    int threads, GeomUpdate& geom_update) {
+                                    int threads, GeomUpdate& geom_update,
+                                    dParallelSAPStats& stats) {
   Update update;
   const bool same_rules = rules == rules_;
   rules_ = rules;
@@ -39,20 +40,22 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
     update.unannounced = geom_update.findUnannounced(geoms, changed_);
     all = update.unannounced.count > 0;
   }
-  update.threads = geom_update.notice(geoms, slots, threads, all, changed_);
+  stats.find_threads = geom_update.notice(geoms, slots, threads, all, changed_);
   // Slots of removed geoms count as well: they have no box any more, but pairs to be dropped.
   update.changes = changed_.count();
   if (tooMany(update.changes, slots)) return update;
   update.kept = geom_update.repack(geoms, slots, threads, changed_);
-  if (!update.kept) update.moved_in_vain = geom_update.facts().moved;
+  if (!update.kept) stats.moved += geom_update.facts().moved;
   return update;
 }
 
 bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
                       const GeomUpdate& geom_update, int threads, SharedPart<GeomTree>& part,
-                      PairFilter& filter, PairList& pairs, Counts& counts) {
-  counts = {update.threads, 0, pairs.size()};
-  if (update.changes == 0) return true;
+                      PairFilter& filter, PairList& pairs, dParallelSAPStats& stats) {
+  if (update.changes == 0) {
+    stats.kept = pairs.size();
+    return true;
+  }
   const BoxSet& boxes = geom_update.boxes();
   const Buffer<Slot>& changed = geom_update.repacked();
   const UpdateFacts& facts = geom_update.facts();
@@ -62,11 +65,11 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   const int used = changed_pairs_.find(
       boxes, facts.disabled == 0, changed, changed_, threads,
       [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, slot, boxes, hits); });
-  counts.threads = std::max(counts.threads, used);
+  stats.find_threads = std::max(stats.find_threads, used);
   PairList& found = changed_pairs_.found();
-  counts.found = found.size();
+  stats.candidates = found.size();
   filter.dropExcluded(geoms.data(), geom_update, rules_, rules_.cull_planes, threads, found);
-  counts.kept = merge_.replace(changed_, found, threads, pairs);
+  stats.kept = changed_pairs_.replace(changed_, threads, pairs);
   forgetChanges();
   return true;
 }

@@ -1,6 +1,8 @@
 // The pairs of the last frame, made those of this one. Sees ODE's private headers.
 #pragma once
 
+#include <ode_parallel_sap/parallel_sap_space.h>
+
 #include <cstddef>
 #include <utility>
 
@@ -10,7 +12,6 @@
 #include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
 #include "space/cache/fat_proxies.h"
-#include "space/cache/pair_merge.h"
 #include "space/cache/plane_pairs.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
@@ -62,29 +63,23 @@ class PairCache {
   struct Update {
     bool kept = false;                    // boxes and pairs of the last frame serve
     std::size_t changes = 0;              // slots, if so
-    int threads = 1;                      // used
-    std::size_t moved_in_vain = 0;        // geoms brought up to date, if not
     GeomUpdate::Unannounced unannounced;  // changes against dParallelSAPSpaceSetNotified's promise
 
     bool isSame() const { return kept && changes == 0; }
   };
   // Brings the boxes up to date with the changes, unless the frame is to be found anew.
   Update update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
-                GeomUpdate& geom_update);
+                GeomUpdate& geom_update, dParallelSAPStats& stats);
   // A frame reports all candidates, or other pairs. Returns whether these are those of the last
   // frame.
   bool noteReported(bool all, const Update& update) {
     return std::exchange(reported_all_, all) && all && update.isSame();
   }
-  struct Counts {
-    int threads = 1;
-    std::size_t found = 0, kept = 0;  // pairs
-  };
-  // After an update() that kept: makes `pairs` those of this frame. False
-  // where others read the tree, or there is none: the frame is to be found anew.
+  // After an update() that kept: makes `pairs` those of this frame. False where others read the
+  // tree, or there is none: the frame is to be found anew.
   bool renew(const GeomTree::Geoms& geoms, const Update& update, const GeomUpdate& geom_update,
              int threads, SharedPart<GeomTree>& part, PairFilter& filter, PairList& pairs,
-             Counts& counts);
+             dParallelSAPStats& stats);
 
   // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }
@@ -92,7 +87,7 @@ class PairCache {
   // Culled planes, of frames that are found anew.
   PlanePairs& planes() { return planes_; }
 
-  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, merge_, fat_, planes_); }
+  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, fat_, planes_); }
 
  private:
   bool tooMany(std::size_t changes, std::size_t slots) const;
@@ -104,7 +99,6 @@ class PairCache {
   bool reported_all_ = false;  // of the candidates, in the last frame
   PackRules rules_;            // of the last update()
   ChangedPairs changed_pairs_;
-  PairMerge merge_;
   FatProxies fat_;
   PlanePairs planes_;
 };

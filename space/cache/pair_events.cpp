@@ -18,12 +18,6 @@ Region comparing("pair events: comparison");
 
 }  // namespace
 
-void PairEvents::turn(bool on) {
-  if (on == on_) return;
-  *this = PairEvents();
-  on_ = on;
-}
-
 void PairEvents::removeGeom(Slot slot) {
   trackSlots();
   if (slot < previous_slots_.size()) previous_slots_[slot] = no_slot;
@@ -42,8 +36,7 @@ void PairEvents::trackSlots() {
   std::iota(previous_slots_.begin(), previous_slots_.end(), Slot{0});
 }
 
-bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source,
-                        int threads) try {
+bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads) try {
   freeNumbers();
   const int team = teamFor(pairs.size() + previous_.pairs.size(), grains::passed_pairs, threads);
   listPreviousGeoms(geoms);
@@ -56,7 +49,6 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, Sou
   std::swap(previous_, next_);
   last_slots_ = geoms.size();
   slots_changed_ = false;
-  source_ = source;
   has_events_ = true;
   return true;
 } catch (const std::bad_alloc&) {
@@ -66,8 +58,8 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, Sou
   return false;
 }
 
-bool PairEvents::updateSame(Source source) {
-  if (source != source_ || slots_changed_) return false;
+bool PairEvents::updateSame() {
+  if (!has_events_ || slots_changed_) return false;
   freeNumbers();
   return true;
 }
@@ -75,7 +67,6 @@ bool PairEvents::updateSame(Source source) {
 void PairEvents::updateUnknown() {
   freeNumbers();
   has_events_ = false;
-  source_ = Source::none;
 }
 
 // The events of the last frame are over, and the numbers of its ended pairs free.

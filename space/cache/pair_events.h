@@ -57,12 +57,6 @@ class PairEvents {
  public:
   using Event = dParallelSAPPairEvent;
   using Number = PairNumbers::Number;
-  // Which pipeline found the pairs of a frame.
-  enum class Source { none, frame, small_scene };
-
-  bool on() const { return on_; }
-  // Begins without pairs, or drops all.
-  void turn(bool on);
 
   // The geom of a slot leaves.
   void removeGeom(Slot slot);
@@ -71,14 +65,12 @@ class PairEvents {
 
   // Compares the pairs of a frame with the previous pairs, and replaces these. Without memory it
   // returns false: the frame has no events, and the previous pairs stay for the next one.
-  bool update(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source, int threads);
-  // The same for a frame whose pairs are those of the last frame of this source. Returns false, and
-  // changes nothing, if the previous pairs are not of that frame or slots changed since.
-  bool updateSame(Source source);
+  bool update(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads);
+  // The same for a frame whose pairs are those of the last frame. Returns false, and changes
+  // nothing, if that had no events or slots changed since.
+  bool updateSame();
   // The frame has no list of pairs, and so no events.
   void updateUnknown();
-  // A frame of either source ran without events.
-  void skip() { source_ = Source::none; }
 
   // Of the last frame with events, in the order of its pairs and in that of the previous pairs.
   const Buffer<Event>& begun() const { return begun_; }
@@ -123,9 +115,7 @@ class PairEvents {
   void compare(Piece& piece);
   void writeEvents(const Buffer<dxGeom*>& geoms);
 
-  bool on_ = false;
   bool has_events_ = false;  // the last frame
-  Source source_ = Source::none;
   NumberedPairs previous_, next_;
   PairNumbers free_;
   Buffer<Event> begun_, ended_;

@@ -7,7 +7,6 @@
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/geoms/pair_rule.h"
-#include "space/pairs/pair_sort.h"
 
 namespace ode_parallel_sap {
 
@@ -20,21 +19,17 @@ Region meeting("planes: geoms");
 void PlanePairs::take(dxGeom* const* geoms, GeomUpdate& update, int threads) {
   BoxSet& boxes = update.boxes();
   const SlotState* const states = update.states();
-  planes_.resizeDiscarding(0);
-  if (update.facts().unbounded == 0) return;
   set_.growTo(boxes.size);
   set_.clear();
-  for (Slot slot = 0; slot < boxes.size; ++slot) {
-    if (!(states[slot] & unbounded_state) || geoms[slot]->type != dPlaneClass) continue;
-    planes_.push_back(slot);
-    set_.insert(slot);
-  }
-  const int most = teamFor(boxes.size * planes_.size(), grains::geom_tests, threads);
-  clearForTeam(parts_, most);
+  if (update.facts().unbounded == 0) return;
+  for (Slot slot = 0; slot < boxes.size; ++slot)
+    if (states[slot] & unbounded_state && geoms[slot]->type == dPlaneClass) set_.insert(slot);
+  const int most = teamFor(boxes.size * set_.count(), grains::geom_tests, threads);
+  std::vector<Buffer<Pair>>& parts = pairs_.parts(most);
   runTeam(meeting, most, [&](int thread, int team) {
     const ScopedMode mode(exactMode());
     const Range own = ownPart(boxes.size, thread, team);
-    for (const Slot slot : planes_) {
+    set_.forEach([&](Slot slot) {
       const dxPlane* const plane = static_cast<const dxPlane*>(geoms[slot]);
       for (Slot other = static_cast<Slot>(own.begin); other < own.end; ++other) {
         if (states[other] & no_box_state || other == slot || (other < slot && set_.contains(other)))
@@ -42,22 +37,23 @@ void PlanePairs::take(dxGeom* const* geoms, GeomUpdate& update, int threads) {
         const dxGeom* const geom = geoms[other];
         if (!isClearOfPlane(geom->aabb, plane->p) && boxesOverlap(plane, geom) &&
             passesFilters(boxes, slot, other))
-          parts_[thread].push_back(makePair(std::min(slot, other), std::max(slot, other)));
+          parts[thread].push_back(makePair(std::min(slot, other), std::max(slot, other)));
       }
-    }
+    });
   });
-  sortPairs(parts_, boxes.size, threads, scratch_, found_);
-  for (const Slot slot : planes_) boxes.deactivate(slot);
+  pairs_.sort(boxes.size, threads);
+  set_.forEach([&](Slot slot) { boxes.deactivate(slot); });
 }
 
 void PlanePairs::putBack(dxGeom* const* geoms, BoxSet& boxes, int threads, PairList& pairs) {
-  merge_.replace(set_, found_, threads, pairs);
+  pairs_.replace(set_, threads, pairs);
   const ScopedMode mode(exactMode());
-  for (const Slot slot : planes_)
+  set_.forEach([&](Slot slot) {
     if (boxes.wide)
       boxes.wide_boxes[slot] = boxOfBounds<double>(geoms[slot]->aabb);
     else
       roundToFloats(geoms[slot]->aabb, boxes.boxes[slot]);
+  });
 }
 
 }  // namespace ode_parallel_sap

@@ -2,11 +2,9 @@
 // headers.
 #pragma once
 
-#include <vector>
-
 #include "space/base/pair_list.h"
 #include "space/base/slot_set.h"
-#include "space/cache/pair_merge.h"
+#include "space/cache/changed_pairs.h"
 #include "space/geoms/geom_update.h"
 
 namespace ode_parallel_sap {
@@ -17,20 +15,16 @@ class PlanePairs {
  public:
   // Finds the pairs of planes that are packed, and makes the boxes of these planes inactive.
   void take(dxGeom* const* geoms, GeomUpdate& update, int threads);
-  bool any() const { return planes_.size() != 0; }
+  bool any() const { return set_.count() != 0; }
   // These pairs, ascending.
-  PairList& found() { return found_; }
+  PairList& found() { return pairs_.found(); }
   // Puts them into `pairs`, which are ascending, and the boxes back.
   void putBack(dxGeom* const* geoms, BoxSet& boxes, int threads, PairList& pairs);
-  std::size_t bytes() const { return bytesOf(set_, planes_, parts_, scratch_, found_, merge_); }
+  std::size_t bytes() const { return bytesOf(set_, pairs_); }
 
  private:
   SlotSet set_;
-  Buffer<Slot> planes_;              // the same as a list
-  std::vector<Buffer<Pair>> parts_;  // one a thread
-  Buffer<Pair> scratch_;             // to sort with
-  PairList found_;
-  PairMerge merge_;
+  ChangedPairs pairs_;
 };
 
 }  // namespace ode_parallel_sap

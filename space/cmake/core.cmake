@@ -10,7 +10,7 @@ add_library(
   ode-parallel-sap-core OBJECT
   ${core}/paper/endpoint_lists.cpp
   ${core}/cache/fat_proxies.cpp
-  ${core}/cache/pair_merge.cpp
+  ${core}/cache/changed_pairs.cpp
   ${core}/base/platform.cpp
   ${core}/pairs/cell_coherence.cpp
   ${core}/pairs/cell_order.cpp

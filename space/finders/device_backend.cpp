@@ -74,7 +74,6 @@ void DeviceBackend::reportFailures(const std::string& reason) {
   if (finder_) failed = finder_->sweep->takeFailures();
   const bool all_full = finder_ && finder_->all_are_full;
   if (left_out.empty() && failed.empty() && !failed_ && !all_full) return;
-  loss_ = true;
   bool own_full = all_full;
   for (const FailedDevice& device : failed) {
     own_full = own_full || device.out_of_memory;
@@ -100,10 +99,9 @@ void DeviceBackend::reportFailures(const std::string& reason) {
 }
 
 // Where the last device fails, that was the last time.
-int DeviceBackend::find(int method, const BoxSet& boxes, const ExtractionPlan& plan,
-                        PairList& pairs) {
-  const bool by_lists = method == dParallelSAPMethodAxisLists;
-  if (failed_ || (!by_lists && (method != dParallelSAPMethodSweep || boxes.wide))) return 0;
+int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs) {
+  const bool by_lists = plan.method == dParallelSAPMethodAxisLists;
+  if (failed_ || (!by_lists && (plan.method != dParallelSAPMethodSweep || boxes.wide))) return 0;
   if (!finder_) finder_ = std::make_unique<Finder>();
   if (finder_->retry.isDue()) finder_->takeAll();
   int used = 0;
@@ -148,7 +146,6 @@ int DeviceBackend::findByAxisLists(const BoxSet& boxes, const ExtractionPlan& pl
   }
   if (used.empty()) throw DeviceFailure("no device is left");
   lists.useDevices(used);
-  lists.limit(plan.axis_lists_bytes);
   lists.find(boxes, plan.threads, pairs);
   return static_cast<int>(used.size());
 }
@@ -176,7 +173,7 @@ DeviceBackend::Devices DeviceBackend::devices() const {
   return {};
 }
 void DeviceBackend::prepare(int) {}
-int DeviceBackend::find(int, const BoxSet&, const ExtractionPlan&, PairList&) {
+int DeviceBackend::find(const BoxSet&, const ExtractionPlan&, PairList&) {
   return 0;
 }
 void DeviceBackend::reportLeftOut() {}
@@ -185,9 +182,5 @@ std::size_t DeviceBackend::bytes() const {
 }
 
 #endif
-
-bool DeviceBackend::takeLoss() {
-  return std::exchange(loss_, false);
-}
 
 }  // namespace ode_parallel_sap

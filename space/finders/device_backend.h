@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -20,7 +19,6 @@ struct ExtractionPlan {
   int method = 0;   // a dParallelSAPMethod, never Auto
   int devices = 0;  // 0: on the CPU
   int threads = 1;
-  std::uint64_t axis_lists_bytes = 0;
 };
 
 // One space's share of the devices.
@@ -40,18 +38,16 @@ class DeviceBackend {
   // Has another thread make so many devices ready for this space.
   void prepare(int devices);
 
-  // As PairFinder::find, by a method that is no Auto, on the plan's devices; returns how many found
+  // As PairFinder::find, by the plan's method, on the plan's devices; returns how many found
   // the pairs. 0, with nothing in `pairs`, where devices do not take such boxes or methods or all
   // have failed: the caller then finds the pairs itself. A device that fails is reported once
   // through dMessage and not used again by this space; one that cannot be made ready is not used by
   // any. One that is out of memory is tried again at growing intervals, one that the
   // program has reset at once. Throws ListsTooLong where
-  // the memory of one of them, or the plan's limit, does not suffice.
-  int find(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
+  // the memory of one of them does not suffice.
+  int find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   // Reports the devices that could not be made ready meanwhile.
   void reportLeftOut();
-  // Whether devices were reported as failed or left out since the last call.
-  bool takeLoss();
   std::size_t bytes() const;
 
  private:
@@ -62,7 +58,6 @@ class DeviceBackend {
 
   std::unique_ptr<Finder> finder_;
   bool failed_ = false;
-  bool loss_ = false;  // not taken yet
 };
 
 }  // namespace ode_parallel_sap

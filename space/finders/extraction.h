@@ -30,18 +30,6 @@ struct FindersOf {
   std::size_t bytes() const { return bytesOf(brute_force, sweep, axis_lists); }
 };
 
-struct CPUFinders {
-  FindersOf<float> narrow;
-  FindersOf<double> wide;
-
-  // Calls use(finders) with those for boxes of floats or doubles.
-  template <class Use>
-  auto with(bool is_wide, Use use) {
-    return is_wide ? use(wide) : use(narrow);
-  }
-  std::size_t bytes() const { return bytesOf(narrow, wide); }
-};
-
 // How the pairs were found.
 struct Found {
   int method = 0;                        // that ran
@@ -54,20 +42,34 @@ struct Found {
 class Extraction {
  public:
   // Makes `pairs` those of the boxes that overlap. Throws std::bad_alloc where memory ends.
-  Found find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
+  Found find(const BoxSet& boxes, ExtractionPlan plan, PairList& pairs) try {
+    Found found;
+    found.method = plan.method;
+    if (plan.devices > 0) found.devices = devices_.find(boxes, plan, pairs);
+    if (found.devices > 0) return found;
+    PairFinder& finder = boxes.wide ? doubles_.of(plan.method) : floats_.of(plan.method);
+    found.threads = finder.find(boxes, plan.threads, pairs);
+    return found;
+  } catch (const ListsTooLong& lists) {
+    plan.method = dParallelSAPMethodSweep;
+    Found found = find(boxes, plan, pairs);
+    found.too_long = lists;
+    return found;
+  }
 
-  Sweep<float>& sweep() { return finders_.narrow.sweep; }
+  Sweep<float>& sweep() { return floats_.sweep; }
   DeviceBackend& devices() { return devices_; }
-  const DeviceBackend& devices() const { return devices_; }
 
   // Gives back what is held, but for the devices: that took too long to get.
-  void release() { finders_ = CPUFinders(); }
-  std::size_t bytes() const { return bytesOf(finders_, devices_); }
+  void release() {
+    floats_ = {};
+    doubles_ = {};
+  }
+  std::size_t bytes() const { return bytesOf(floats_, doubles_, devices_); }
 
  private:
-  Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
-
-  CPUFinders finders_;
+  FindersOf<float> floats_;
+  FindersOf<double> doubles_;
   DeviceBackend devices_;
 };
 

@@ -110,7 +110,7 @@ class DeviceChoice {
     return wanted_;
   }
 
-  // A device failed: what is known of more devices than these is void.
+  // So many devices are usable: what is known of more is void.
   void lost(int devices_left) {
     for (int devices = devices_left + 1; devices <= most_devices; ++devices)
       options_[devices] = Option();

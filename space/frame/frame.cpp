@@ -54,11 +54,9 @@ inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairRecei
                                           SpaceObservers* watchers) {
   if (stages_) stages_->cache.stop();
   const bool nested = call.scene.nested;
-  if (events_ && nested) events_->skip();
   return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
-                               statistics_,
-                               {receiver, nested ? nullptr : events_.get(),
-                                watchers && !nested && watchers->isDue() ? watchers : nullptr});
+                               statistics_, receiver, nested ? nullptr : events_.get(),
+                               watchers && !nested && watchers->isDue() ? watchers : nullptr);
 }
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
@@ -143,6 +141,7 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   const Plan& plan = frame.plan;
   frame.stats.geoms = call.scene.count;
   frame.stats.backend = dParallelSAPBackendCPU;
+  call.lists.small.changes = 0;  // its pairs are those of the last frame no more
   if (!stages_ || !made(call.lists.large)) throw std::bad_alloc();
   stages_->cache.beginFrame();
 
@@ -150,13 +149,12 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   PairCache::Update update;
   if (plan.use_cache)
     update = stages_->cache.update(call.geoms(), call.slots(), plan.rules, plan.threads,
-                                   stages_->geom_update);
+                                   stages_->geom_update, frame.stats);
   if (update.unannounced.count)
     complaints_.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
   Found found;
   if (!update.kept || !renew(frame, update)) {
     update.kept = false;
-    frame.stats.moved += update.moved_in_vain;
     found = findAnew(frame);
   }
   const PairList& pairs = select(frame);
@@ -182,15 +180,10 @@ bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   if (!update.isSame()) frame.clock.begin(Stage::synchronise);
   noteUpdate(frame);
   if (!update.isSame()) frame.clock.begin(Stage::extract);
-  PairCache::Counts counts;
-  if (!stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
-                            call.tree, stages_->pair_filter, call.lists.large->candidates, counts))
-    return false;
   frame.stats.method = dParallelSAPMethodSweep;
-  frame.stats.find_threads = counts.threads;
-  frame.stats.candidates = counts.found;
-  frame.stats.kept = counts.kept;
-  return true;
+  return stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
+                              call.tree, stages_->pair_filter, call.lists.large->candidates,
+                              frame.stats);
 }
 
 // update -> synchronise -> extract -> filter, for all geoms.
@@ -275,12 +268,10 @@ const PairList& Pipeline::select(Frame& frame) {
 // The pairs of a frame within a callback are no events. `are_same`: all are those of the last
 // frame.
 void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) {
-  if (!events_) return;
-  if (frame.call.scene.nested) return events_->skip();
-  constexpr PairEvents::Source source = PairEvents::Source::frame;
-  if (are_same && events_->updateSame(source)) return;
+  if (!events_ || frame.call.scene.nested) return;
+  if (are_same && events_->updateSame()) return;
   frame.clock.begin(Stage::events);
-  if (!events_->update(pairs, frame.call.scene.slots, source, frame.plan.threads))
+  if (!events_->update(pairs, frame.call.scene.slots, frame.plan.threads))
     complaints_.ofUnreportedEvents();
 }
 
@@ -299,7 +290,6 @@ void Pipeline::learn(const Frame& frame, const Found* found) {
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = stages_->extraction.devices();
   devices.reportLeftOut();
-  if (devices.takeLoss()) stages_->policy.learnOfLoss(devices.devices().usable);
   const int wanted = stages_->policy.learnMissedDevices(factsOf(frame.call), settings);
   if (wanted > 0) devices.prepare(wanted);
 }
@@ -328,16 +318,9 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   frame.clock.begin(Stage::narrow);
   const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
                                      call.lists.large->limit};
-  LastStage::Collided collided;
-  if (!last_stage_->prepare(of_frame, collided)) return false;
-  frame.clock.pause();
-  if (collided.pairs) {
-    frame.stats.narrow_threads = collided.threads;
-    frame.stats.contacts = collided.contacts;
-    frame.stats.apart = collided.apart;
-    noteStats(frame);  // should the callback throw, or collide again
-  }
+  if (!last_stage_->prepare(of_frame, frame.stats)) return false;
   frame.clock.begin(Stage::report);
+  noteStats(frame);  // should the callback throw, or collide again
   last_stage_->report(of_frame, data, callback);
   return true;
 }

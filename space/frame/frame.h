@@ -105,12 +105,8 @@ class Pipeline {
   void closeSlots(const Buffer<dxGeom*>& geoms);
 
   // Without memory they stay off.
-  void turnEvents(bool on) {
-    if (!on)
-      events_.reset();
-    else if (made(events_))
-      events_->turn(true);
-  }
+  void turnEvents(bool on) { on ? void(made(events_)) : events_.reset(); }
+  bool hasEvents() const { return events_ != nullptr; }
   const PairEvents& events() const {
     static const PairEvents off;
     return events_ ? *events_ : off;

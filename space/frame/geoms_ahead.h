@@ -23,23 +23,12 @@ inline void prefetchForCallback(const dxGeom* far, const dxGeom* near) {
   if (reinterpret_cast<std::uintptr_t>(near->data) >= least_address) prefetch(near->data);
 }
 
-// Calls call(pair, place, a, b) for the pairs from one on whose geoms are both still there.
-template <class Call>
-__attribute__((noinline)) void reportRest(const Buffer<Pair>& part, const Pair* pair,
-                                          std::size_t first, const Buffer<dxGeom*>& geoms,
-                                          Call& call) {
-  for (; pair < part.end(); ++pair) {
-    dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
-    if (a && b) call(*pair, first + static_cast<std::size_t>(pair - part.begin()), a, b);
-  }
-}
-
 // Calls call(pair, place, a, b) for all pairs of the scene, in their order. A callback that reads
 // its geoms causes a cache miss a pair, as the later geom may lie anywhere. One that counts or
 // stores pairs does not read them, and prefetching would only slow it down. The time of the first
 // pairs of each stretch, without prefetching, decides. In large scenes where a geom is stands
 // anywhere, too, and the pairs are in the caches of the threads that found them. Once `limit` has
-// become null, as geoms have come or left, each pair is checked.
+// become null, as geoms have come or left, pairs whose geoms have left are passed over.
 template <class Call>
 void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, Call call) {
   constexpr std::ptrdiff_t step = prefetch_distance / 2, stretch_pairs = chunk_pairs;
@@ -76,7 +65,10 @@ void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, 
       for (setLimit(stretch); pair < limit; ++pair) report(pair);
     }
     for (setLimit(end); pair < limit; ++pair) report(pair);
-    reportRest(part, pair, first, scene.slots, call);
+    for (; pair < end; ++pair) {
+      dxGeom *const a = scene.slots[earlierOf(*pair)], *const b = scene.slots[laterOf(*pair)];
+      if (a && b) call(*pair, first + static_cast<std::size_t>(pair - part.begin()), a, b);
+    }
     first += part.size();
   }
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ode/ode.h>
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstddef>
 
@@ -20,16 +21,11 @@ class LastStage {
     int threads;         // that the space may use
     const Pair*& limit;  // of reportPairs()
   };
-  // Pairs that were collided.
-  struct Collided {
-    std::size_t pairs = 0, contacts = 0;
-    std::size_t apart = 0;  // of the pairs, boxes that were not collided
-    int threads = 1;
-  };
 
   virtual ~LastStage() = default;
-  // What is to be done before the report. False: the frame reports its pairs itself.
-  virtual bool prepare(const Pairs& pairs, Collided& collided) = 0;
+  // What is to be done before the report, counted in `stats`. False: the frame reports its pairs
+  // itself.
+  virtual bool prepare(const Pairs& pairs, dParallelSAPStats& stats) = 0;
   // Calls the callback for each of the pairs, in their order.
   virtual void report(const Pairs& pairs, void* data, dNearCallback* callback) = 0;
   // The geom of a slot has moved, changed or gone; all slots are others.

@@ -60,7 +60,6 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
             ? dParallelSAPMethodSweep
             : dParallelSAPMethodBruteForce;
   extraction.threads = plan.threads;
-  extraction.axis_lists_bytes = settings.axis_lists_bytes;
   // Times must not decide which extra pairs a tolerance lets through.
   const bool only_cpu = mayTakeProcessor(settings) && settings.rules.tolerance > 0;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU && !only_cpu)
@@ -103,6 +102,7 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Found& found
 }
 
 int Policy::learnMissedDevices(const SceneFacts& facts, const Settings& settings) {
+  device_choice_.lost(facts.devices.usable);
   return device_choice_.learnMissed(facts.slots, candidatesOf(settings, facts.devices.usable),
                                     facts.devices.ready);
 }

@@ -43,8 +43,6 @@ class Policy {
 
   // A frame went by `plan`, and its pairs were found anew.
   void learn(const Plan& plan, const SceneFacts& facts, const Found& found, double extract_ms);
-  // Devices failed: so many are left.
-  void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
   int learnMissedDevices(const SceneFacts& facts, const Settings& settings);
 

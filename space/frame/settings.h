@@ -6,7 +6,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <cstdint>
 
 #include "space/base/team.h"
 #include "space/geoms/pack_rules.h"
@@ -20,7 +19,6 @@ struct Settings {
   int devices = 0;  // 0: chosen by the space
   bool print_stats = false;
   PackRules rules;
-  std::uint64_t axis_lists_bytes = 0;  // the most the method AxisLists may take; 0: its own choice
 };
 
 // The threads a collide may use: 1 to most_threads.

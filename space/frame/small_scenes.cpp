@@ -90,14 +90,15 @@ unsigned findOneByOne(dxGeom* const* geoms, unsigned count, PlacePair* pairs) {
 }
 
 // Whether an enabled geom takes part. Counts it if it is one of those that few scenes have.
-__attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallFound& found) {
+__attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallLists& lists,
+                                         FrameCounts& counts) {
   if (!isEnabled(geom)) return false;  // it is an empty sub-space
   if (hasNaN(geom)) {
-    ++found.counts.invalid;
+    ++counts.invalid;
     return false;
   }
-  if (isUnbounded(geom)) ++found.counts.unbounded;
-  if (isUserClass(geom)) found.user_classes = true;
+  if (isUnbounded(geom)) ++lists.unbounded;
+  if (isUserClass(geom)) lists.user_classes = true;
   return true;
 }
 
@@ -106,7 +107,7 @@ __attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallFound& found) 
 // bodies: no bit is in all, or a geom is followed by another one of its body, as all but the last
 // are. Needs exactMode().
 template <bool listed>
-inline bool listActive(dxGeom* first, SmallLists& lists, SmallFound& found, bool& by_filters) {
+inline bool listActive(dxGeom* first, SmallLists& lists, FrameCounts& counts, bool& by_filters) {
   dxGeom** const active = lists.active.data();
   unsigned actives = 0;
   unsigned long shared_bits = ~0ul;
@@ -115,7 +116,7 @@ inline bool listActive(dxGeom* first, SmallLists& lists, SmallFound& found, bool
     if ((geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
     const bool usual =
         listed ? active[actives] == geom : geom->type < dFirstSpaceClass && isPlain(geom);
-    if (!usual && !takesPart(geom, found)) continue;
+    if (!usual && !takesPart(geom, lists, counts)) continue;
     if (listed && !usual) return false;
     active[actives++] = geom;
     shared_bits &= geom->category_bits & geom->collide_bits;
@@ -141,53 +142,50 @@ inline unsigned filter(SmallLists& lists, Keeps keeps) {
 // The geoms that take part, and the pairs, when all AABBs are up to date. `still`: boxes are where
 // they were in the last frame. Needs exactMode().
 inline void findAmongClean(const Scene& scene, const PackRules& rules, bool still,
-                           SmallLists& lists, SmallFound& found) {
+                           SmallLists& lists, FrameCounts& counts) {
   bool by_filters;
-  if (still && (still = listActive<true>(scene.first, lists, found, by_filters))) {
-    found.counts.unbounded = lists.unbounded;
-    found.user_classes = lists.user_classes;
-  } else {
-    found.counts.invalid = found.counts.unbounded = 0;
-    found.user_classes = false;
-    listActive<false>(scene.first, lists, found, by_filters);
-    lists.unbounded = found.counts.unbounded;
-    lists.user_classes = found.user_classes;
+  still = still && listActive<true>(scene.first, lists, counts, by_filters);
+  if (!still) {
+    counts.invalid = lists.unbounded = 0;
+    lists.user_classes = false;
+    listActive<false>(scene.first, lists, counts, by_filters);
     lists.overlaps = lists.actives > most_without_vectors
                          ? findByVectors(lists, lists.actives)
                          : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
   }
   const PairRule rule(rules);
-  const bool takes_all = !by_filters && rule.isODEs() && !found.user_classes;
-  found.same = still && takes_all && lists.takes_all;
-  found.counts.geoms = static_cast<unsigned>(scene.count);
-  found.counts.disabled = found.counts.geoms - lists.actives - found.counts.invalid;
-  found.counts.candidates = found.counts.pairs = lists.overlaps;
+  const bool takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
+  lists.same = still && takes_all && lists.takes_all;
+  counts.geoms = static_cast<unsigned>(scene.count);
+  counts.unbounded = lists.unbounded;
+  counts.disabled = counts.geoms - lists.actives - counts.invalid;
+  counts.candidates = counts.pairs = lists.overlaps;
   if (!takes_all || (still && !lists.takes_all))
-    found.counts.candidates = found.counts.pairs =
+    counts.candidates = counts.pairs =
         filter(lists, [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); });
   lists.takes_all = takes_all;
 }
 
 __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRules& rules,
-                                               bool still, SmallLists& lists, SmallFound& found) {
+                                               bool still, SmallLists& lists, FrameCounts& counts) {
   const ScopedMode mode(exactMode());
-  findAmongClean(scene, rules, still, lists, found);
+  findAmongClean(scene, rules, still, lists, counts);
 }
 
 // Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. Reads the thread's
-// floating-point mode first: reading it waits for all computations before. `found` is written
+// floating-point mode first: reading it waits for all computations before. `counts` are written
 // member by member and not copied: a copy waits until words just written have reached the cache.
 inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLists& lists,
-                 SmallFound& found) {
+                 FrameCounts& counts) {
   bool is_exact = !differs(currentMode(), exactMode());
   if (!still) {
     const Cleaned cleaned = cleanOneByOne(scene.first);
-    found.counts.moved = cleaned.moved;
+    counts.moved = cleaned.moved;
     is_exact = is_exact && !cleaned.by_others;
     scene.noteClean();
   }
-  if (is_exact) return findAmongClean(scene, rules, still, lists, found);
-  findInExactMode(scene, rules, still, lists, found);
+  if (is_exact) return findAmongClean(scene, rules, still, lists, counts);
+  findInExactMode(scene, rules, still, lists, counts);
 }
 
 void complainOfInvalid(dxGeom* first, Complaints& complaints) {
@@ -234,51 +232,50 @@ bool SmallLists::grow(std::size_t geoms) try {
 
 FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, SmallLists& lists,
                                  Complaints& complaints, Statistics& statistics,
-                                 const SmallReport& report) {
+                                 const PairReceiver& receiver, PairEvents* events,
+                                 SpaceObservers* watchers) {
   const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   const std::uint64_t changes = changes_;
   const bool still =
       mechanisms::still_small_scenes && lists.changes == changes && !scene.needs_clean;
-  SmallFound found;
-  find(scene, rules, still, lists, found);
+  FrameCounts counts;
+  find(scene, rules, still, lists, counts);
   lists.changes = changes;  // what changed meanwhile counts for the next one
-  if (found.counts.invalid) complainOfInvalid(scene.first, complaints);
-  if (found.user_classes)
-    found.counts.pairs = filter(lists, [](PlacePair pair, dxGeom* a, dxGeom* b) {
+  if (counts.invalid) complainOfInvalid(scene.first, complaints);
+  if (lists.user_classes)
+    counts.pairs = filter(lists, [](PlacePair pair, dxGeom* a, dxGeom* b) {
       return !pair.isLeftOut() && passesAABBTests(a, b);
     });
-  if (report.events && !updateEvents(scene, lists, found, *report.events))
-    complaints.ofUnreportedEvents();
+  if (events && !updateEvents(scene, lists, counts.pairs, *events)) complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
-  statistics.noteSmall(found.counts);
+  statistics.noteSmall(counts);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  if (report.watchers) {
+  if (watchers) {
     for (unsigned i = 0; i < lists.overlaps; ++i)
       if (const PlacePair pair = lists.pairs[i]; !pair.isLeftOut())
-        report.watchers->see(lists.active[pair.earlier()], lists.active[pair.later()]);
-    report.watchers->endPairs();
+        watchers->see(lists.active[pair.earlier()], lists.active[pair.later()]);
+    watchers->endPairs();
   }
-  reportPairs(scene, lists, report.receiver);
+  reportPairs(scene, lists, receiver);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
-    statistics.noteSmall(found.counts);
+    statistics.noteSmall(counts);
   if (timed)
     statistics.noteSmallTimes(milliseconds(begin, reporting),
                               milliseconds(reporting, Clock::now()));
-  return found.counts;
+  return counts;
 }
 
 // False without memory for it.
-bool SmallScenes::updateEvents(const Scene& scene, const SmallLists& lists, const SmallFound& found,
+bool SmallScenes::updateEvents(const Scene& scene, const SmallLists& lists, unsigned pair_count,
                                PairEvents& events) {
-  constexpr PairEvents::Source source = PairEvents::Source::small_scene;
-  if (found.same && events.updateSame(source)) return true;
+  if (lists.same && events.updateSame()) return true;
   try {
     if (!made(event_pairs_)) throw std::bad_alloc();
     event_pairs_->clear(1);
     Buffer<Pair>& pairs = event_pairs_->parts[0];
-    pairs.resizeDiscarding(found.counts.pairs);
+    pairs.resizeDiscarding(pair_count);
     Pair* to = pairs.data();
     for (unsigned i = 0; i < lists.overlaps; ++i)
       if (const PlacePair pair = lists.pairs[i]; !pair.isLeftOut())
@@ -288,7 +285,7 @@ bool SmallScenes::updateEvents(const Scene& scene, const SmallLists& lists, cons
     events.updateUnknown();
     return false;
   }
-  return events.update(*event_pairs_, scene.slots, source, 1);
+  return events.update(*event_pairs_, scene.slots, 1);
 }
 
 }  // namespace ode_parallel_sap

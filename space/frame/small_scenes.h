@@ -41,6 +41,7 @@ struct SmallLists {
   unsigned actives = 0, overlaps = 0, unbounded = 0;
   bool user_classes = false;  // among the geoms
   bool takes_all = false;     // all overlaps are pairs
+  bool same = false;          // the pairs are those of the frame before
   // Of SmallScenes, when the last frame began; 0: none has.
   std::uint64_t changes = 0;
 
@@ -52,20 +53,6 @@ struct SmallLists {
   bool grow(std::size_t geoms);
 };
 
-// What a small frame found in its lists.
-struct SmallFound {
-  FrameCounts counts = {};
-  bool user_classes = false;
-  bool same = false;  // the pairs are those of the lists' last frame
-};
-
-// What is done with the pairs of a small scene.
-struct SmallReport {
-  const PairReceiver& receiver;
-  PairEvents* events;        // updated with the pairs; may be 0
-  SpaceObservers* watchers;  // see the pairs; may be 0
-};
-
 // The same promises as the pipeline's without stages or clocks: for so few geoms those would take
 // most of the time. While no geom is dirty, comes or goes, the boxes that overlap stay, and only
 // what ODE does not announce is tested again.
@@ -73,13 +60,15 @@ class SmallScenes {
  public:
   // A geom became dirty, came or went.
   void noteChange() { ++changes_; }
-  // `lists` have room, and no other frame uses them.
+  // `lists` have room, and no other frame uses them. `events`, which may be 0, are updated with the
+  // pairs, and `watchers`, which may be 0, see them, before `receiver` gets them.
   FrameCounts collide(const Scene& scene, const PackRules& rules, SmallLists& lists,
-                      Complaints& complaints, Statistics& statistics, const SmallReport& report);
+                      Complaints& complaints, Statistics& statistics, const PairReceiver& receiver,
+                      PairEvents* events, SpaceObservers* watchers);
   std::size_t bytes() const { return bytesOf(event_pairs_); }
 
  private:
-  bool updateEvents(const Scene& scene, const SmallLists& lists, const SmallFound& found,
+  bool updateEvents(const Scene& scene, const SmallLists& lists, unsigned pair_count,
                     PairEvents& events);
 
   std::uint64_t changes_ = 1;

@@ -9,6 +9,7 @@
 #include <locale>
 #include <sstream>
 
+#include "space/base/pair_finder.h"
 #include "space/base/team.h"
 #include "space/finders/device_backend.h"
 #include "space/simd/kernels.h"
@@ -120,7 +121,7 @@ Settings settingsFromEnvironment() {
   // Not part of the interface: lets tests come to the limit without filling the machine.
   int megabytes = 0;
   readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", megabytes);
-  settings.axis_lists_bytes = std::uint64_t(megabytes) << 20;
+  most_list_bytes.store(std::uint64_t(megabytes) << 20, std::memory_order_relaxed);
   // Nor is this: makes teams of little work, see team.h.
   int grain = 0;
   readCount("ODE_PARALLEL_SAP_TEST_GRAIN", grain);

@@ -480,11 +480,23 @@ inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
   }
 }
 
-inline void ParallelSAPSpace::reportHits(const QueryLists& lists, dxGeom* geom, void* data,
-                                         dNearCallback* callback) {
-  const Reports::Open open(reports_);
-  for (std::size_t hit = 0; hit < lists.hits.size(); ++hit)
-    if (!reports_.changed() || stays(lists, hit)) callback(data, lists.hits[hit], geom);
+// Once something has changed, only hits that have not left, while the geom of the query has not.
+// Not inline, as is all that a callback need not have above it on the stack.
+__attribute__((noinline)) void ParallelSAPSpace::reportMany(const Call& call, dxGeom* geom,
+                                                            void* data, dNearCallback* callback) {
+  with(call.lists(&Workspace::query), [&](QueryLists& lists) {
+    if (!findHits(call, geom, lists))
+      return queryWithoutMemory(scene(/*nested=*/true, call.isGuest()), settings_.rules, geom, data,
+                                callback);
+    const Buffer<dxGeom*>& geoms = slots_.geoms();
+    const bool within = geom->parent_space == this;
+    const Slot probe = within ? Slots::slotOf(geom) : 0;
+    const Reports& reports = reportsOf(call.isGuest());
+    const Reports::Open open(reports);
+    for (std::size_t hit = 0; hit < lists.hits.size(); ++hit)
+      if (!reports.changed() || (geoms[lists.found[hit]] && !(within && !geoms[probe])))
+        callback(data, lists.hits[hit], geom);
+  });
 }
 
 // The same of few geoms, which needs no lists.
@@ -498,7 +510,7 @@ __attribute__((always_inline)) inline void ParallelSAPSpace::reportFew(const Cal
     if (!passesAABBTests(geoms[__builtin_ctz(rest)], geom)) hits &= ~(rest & -rest);
   const bool within = geom->parent_space == this;
   const Slot probe = within ? Slots::slotOf(geom) : 0;
-  const Reports::Open open(call.isGuest() ? unchanging_ : reports_);
+  const Reports::Open open(reportsOf(call.isGuest()));
   for (; hits && !(within && !geoms[probe]); hits &= hits - 1)
     if (dxGeom* const own = geoms[__builtin_ctz(hits)]) callback(data, own, geom);
 }
@@ -514,13 +526,8 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   if (prepareQuery(call, geom)) {
     if (slots_.size() <= few_geoms)
       reportFew(call, geom, data, callback);
-    else if (call.isGuest())
-      queryAsGuest(call, geom, data, callback);
-    else if (QueryLists* const own = call.lists(&Workspace::query);
-             own && findHits(call, geom, *own))
-      reportHits(*own, geom, data, callback);
     else
-      queryOneByOne(/*guest=*/false, geom, data, callback);
+      reportMany(call, geom, data, callback);
   }
   if (timed) pipeline_.statistics().noteQuery(by, milliseconds(begin, Clock::now()));
 }
@@ -536,8 +543,8 @@ inline bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
   return true;
 }
 
-// By the tree where queries come often enough to pay for it. False without memory. Not inline, as
-// is all that a callback need not have above it on the stack.
+// By the tree where queries come often enough to pay for it. False without memory. Not inline
+// either.
 __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
                                                           QueryLists& lists) {
   try {
@@ -564,31 +571,7 @@ __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom
     hits[passed++] = own;
   }
   hits.resize(passed);
-  lists.own.reset();
-  if (geom->parent_space == this) lists.own = Slots::slotOf(geom);
   return true;
-}
-
-// Whether a hit and the geom of the query have not left since.
-__attribute__((noinline)) bool ParallelSAPSpace::stays(const QueryLists& lists,
-                                                       std::size_t hit) const {
-  const Buffer<dxGeom*>& geoms = slots_.geoms();
-  return geoms[lists.found[hit]] && (!lists.own || geoms[*lists.own]);
-}
-
-// With lists of its own, which a longjmp leaves to nobody.
-__attribute__((noinline)) void ParallelSAPSpace::queryAsGuest(const Use& use, dxGeom* geom,
-                                                              void* data, dNearCallback* callback) {
-  QueryLists lists;
-  if (findHits(use, geom, lists))
-    for (dxGeom* const hit : lists.hits) callback(data, hit, geom);
-  else
-    queryOneByOne(/*guest=*/true, geom, data, callback);
-}
-
-__attribute__((noinline)) void ParallelSAPSpace::queryOneByOne(bool guest, dxGeom* geom, void* data,
-                                                               dNearCallback* callback) {
-  queryWithoutMemory(scene(/*nested=*/true, guest), settings_.rules, geom, data, callback);
 }
 
 // Of its large sub-spaces, where these are no more than the queries. A batch that another thread

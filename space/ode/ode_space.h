@@ -74,6 +74,7 @@ class ParallelSAPSpace : public dxSpace {
 
   // Which pairs begin and end, if events are on.
   void turnEvents(bool on) { pipeline_.turnEvents(on); }
+  bool hasEvents() const { return pipeline_.hasEvents(); }
   const PairEvents& events() const { return pipeline_.events(); }
 
   // Whether a call of it runs, or was left by longjmp.
@@ -103,9 +104,9 @@ class ParallelSAPSpace : public dxSpace {
   class Call;
   class SpannedCall;
 
+  const Reports& reportsOf(bool guest) const { return guest ? unchanging_ : reports_; }
   Scene scene(bool nested, bool guest = false) {
-    return {first,  std::size_t(count), slots_.geoms(),
-            nested, needs_clean_,       guest ? unchanging_ : reports_};
+    return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_, reportsOf(guest)};
   }
   void beginFrame(const Call& call);
   template <class Part, class Run>
@@ -134,12 +135,8 @@ class ParallelSAPSpace : public dxSpace {
   inline bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
   NestedTrees nestedTrees(std::size_t queries) const;
-  bool stays(const QueryLists& lists, std::size_t hit) const;
-  inline void reportHits(const QueryLists& lists, dxGeom* geom, void* data,
-                         dNearCallback* callback);
+  void reportMany(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
   inline void reportFew(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
-  void queryAsGuest(const Use& use, dxGeom* geom, void* data, dNearCallback* callback);
-  void queryOneByOne(bool guest, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
   void noteMember();
   void requireOpen(const char* function, bool destroys = false) const;

@@ -1,7 +1,6 @@
 #include "space/ode/swept_bounds.h"
 
 #include <algorithm>
-#include <cmath>
 #include <new>
 
 #include "space/base/floating_point.h"
@@ -10,14 +9,6 @@
 #include "space/geoms/slots.h"
 
 namespace ode_parallel_sap {
-
-namespace {
-
-dReal lengthOf(const dReal* v) {
-  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
-}  // namespace
 
 // A motion that is no number is none.
 SweptBounds::Motion SweptBounds::motionOf(const dxGeom* geom, dReal step) {
@@ -28,7 +19,7 @@ SweptBounds::Motion SweptBounds::motionOf(const dxGeom* geom, dReal step) {
     const dReal shift = speed[axis] * step;
     if (shift == shift) motion[axis] = shift;
   }
-  const dReal angle = lengthOf(dBodyGetAngularVel(geom->body)) * step;
+  const dReal angle = dCalcVectorLength3(dBodyGetAngularVel(geom->body)) * step;
   if (angle == angle) motion[3] = std::min(angle, dReal(2));
   return motion;
 }
@@ -43,7 +34,7 @@ bool SweptBounds::extend(dxGeom* geom, const Motion& motion) {
     geom->aabb[2 * axis] += std::min(shift, dReal(0)) - turned;
     geom->aabb[2 * axis + 1] += std::max(shift, dReal(0)) + turned;
   }
-  return !(2 * (lengthOf(motion.data()) + turned) <= smallest);
+  return !(2 * (dCalcVectorLength3(motion.data()) + turned) <= smallest);
 }
 
 // False where it is as it should be.

@@ -62,9 +62,8 @@ void AxisLists<Real>::reserveLists() {
     needed += roomFor(endpoints_.axis(axis).pairs()) * sizeof(Slot);
     held += lists_[axis].bytes();
   }
-  const std::uint64_t allowed = most_bytes_      ? most_bytes_
-                                : needed <= held ? held
-                                                 : (freeMemory() + held) / 2;
+  const std::uint64_t most = most_list_bytes.load(std::memory_order_relaxed);
+  const std::uint64_t allowed = most ? most : needed <= held ? held : (freeMemory() + held) / 2;
   if (needed > allowed) throw ListsTooLong(needed, allowed);
   for (int axis = 0; axis < 3; ++axis) {
     const std::uint64_t pairs = endpoints_.axis(axis).pairs();

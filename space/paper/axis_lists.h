@@ -25,15 +25,12 @@ class AxisLists : public PairFinder {
   // Throws ListsTooLong, with the boxes sorted and no memory taken for pairs.
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
   std::size_t bytes() const override { return bytesOf(endpoints_, lists_, found_, scratch_); }
-  // The most bytes the three lists may take; 0, the default: half of what the machine has free.
-  void limit(std::uint64_t most_bytes) { most_bytes_ = most_bytes; }
 
  private:
   void reserveLists();
   void meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin, std::uint64_t end,
             Buffer<Pair>& found) const;
 
-  std::uint64_t most_bytes_ = 0;
   EndpointLists<Real> endpoints_;
   Buffer<Slot> lists_[3];
   std::vector<Buffer<Pair>> found_;  // one a thread

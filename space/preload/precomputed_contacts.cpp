@@ -59,7 +59,7 @@ void PrecomputedContacts::endReport() {
 }
 
 // One thread gains nothing.
-bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
+bool PrecomputedContacts::prepare(const Pairs& pairs, dParallelSAPStats& stats) try {
   const std::size_t count = pairs.list.size();
   const int most = teamFor(count, grains::collided_pairs, pairs.threads);
   if (!always_) {
@@ -90,7 +90,7 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
   list_.resizeDiscarding(0);
   // Where modes cannot be compared nothing would be answered.
   if (any && !stopped_.load(std::memory_order_relaxed) && !differs(mode_, mode_))
-    collide(pairs, collided);
+    collide(pairs, stats);
   return true;
 } catch (const std::bad_alloc&) {
   release();
@@ -103,7 +103,7 @@ void PrecomputedContacts::release() {
   shares_.clear();
 }
 
-void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
+void PrecomputedContacts::collide(const Pairs& pairs, dParallelSAPStats& stats) {
   listPairs(pairs.list, pairs.scene.slots.data(), pairs.threads, list_);
   found_.resizeDiscarding(list_.size());
   const int team = teamFor(list_.size(), grains::collided_pairs, pairs.threads);
@@ -112,15 +112,15 @@ void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
     share.contacts.resizeDiscarding(0);
     share.pairs = share.apart = 0;
   }
-  collided.threads = runChunks(
+  const int used = runChunks(
       precomputing, team, list_.size(), most_apart_pairs,
       [&](Range range, int thread) { collideChunk(range.begin, range.end, thread); }, team);
   for (const Share& share : shares_) {
-    collided.contacts += share.contacts.size();
-    collided.pairs += share.pairs;
-    collided.apart += share.apart;
+    stats.contacts += share.contacts.size();
+    stats.apart += share.apart;
+    last_.precomputed += share.pairs;
   }
-  last_.precomputed = collided.pairs;
+  if (last_.precomputed) stats.narrow_threads = used;
 }
 
 void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int thread) {

@@ -41,7 +41,7 @@ class PrecomputedContacts final : public LastStage {
   explicit PrecomputedContacts(bool always) : always_(always) {}
   ~PrecomputedContacts() override { endReport(); }
 
-  bool prepare(const Pairs& pairs, Collided& collided) override;
+  bool prepare(const Pairs& pairs, dParallelSAPStats& stats) override;
   void report(const Pairs& pairs, void* data, dNearCallback* callback) override;
   void noteChange(Slot slot) override;
   void noteNewSlots() override { changed_all_ = true; }
@@ -90,7 +90,7 @@ class PrecomputedContacts final : public LastStage {
   };
 
   static std::uint16_t kindOf(const dxGeom* o1, const dxGeom* o2);
-  void collide(const Pairs& pairs, Collided& collided);
+  void collide(const Pairs& pairs, dParallelSAPStats& stats);
   void collideChunk(std::size_t begin, std::size_t end, int thread);
   void collidePair(std::size_t place, int thread);
   void endReport();

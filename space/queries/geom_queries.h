@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 
 #include "space/base/buffer.h"
 #include "space/base/slot_set.h"
@@ -15,9 +14,8 @@ namespace ode_parallel_sap {
 // What a query found, in storage that is kept between queries, so that none of them allocates.
 struct QueryLists {
   Buffer<dxGeom*> hits;
-  Buffer<Slot> found;       // in the end those of the hits
-  std::optional<Slot> own;  // of the geom of the query, if it is in the space
-  SlotSet marks;            // empty between queries
+  Buffer<Slot> found;  // in the end those of the hits
+  SlotSet marks;       // empty between queries
 
   std::size_t bytes() const { return bytesOf(hits, found, marks); }
 };

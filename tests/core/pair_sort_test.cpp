@@ -3,7 +3,7 @@
 #include <set>
 #include <vector>
 
-#include "space/cache/pair_merge.h"
+#include "space/cache/changed_pairs.h"
 #include "space/pairs/pair_sort.h"
 #include "support/case.h"
 #include "support/catch.hpp"
@@ -107,8 +107,9 @@ TEST_CASE("Found pairs take the place of those of changed slots, in however many
     const std::size_t stay = wanted.size();
     wanted.insert(found.begin(), found.end());
     PairList pairs = inParts(old);
-    PairMerge merge;
-    CHECK(merge.replace(changed, inParts(found), 1 + round % 3, pairs) == stay);
+    ChangedPairs merge;
+    merge.found() = inParts(found);
+    CHECK(merge.replace(changed, 1 + round % 3, pairs) == stay);
     std::vector<Pair> got;
     for (const Buffer<Pair>& part : pairs.parts) got.insert(got.end(), part.begin(), part.end());
     REQUIRE(got == std::vector<Pair>(wanted.begin(), wanted.end()));

@@ -221,6 +221,27 @@ TEST_CASE("A scene at rest has no events, and all numbers stay", "[events]") {
     }
 }
 
+TEST_CASE("A pair that only a frame of another method left out ends and begins", "[events]") {
+  for (const int first : {dParallelSAPMethodAuto, dParallelSAPMethodSweep}) {
+    const Space space;
+    dParallelSAPSpaceSetEvents(space, 1);
+    const dGeomID geoms[] = {dCreateSphere(space, 1), dCreateSphere(space, 1)};
+    const auto collideBy = [&](int method, bool pair) {
+      dGeomSetCategoryBits(geoms[0], pair ? ~0ul : 0);
+      dGeomSetCollideBits(geoms[0], pair ? ~0ul : 0);
+      dParallelSAPSpaceSetMethod(space, method);
+      REQUIRE(collide(space).size() == pair);
+    };
+    for (int frame = 0; frame < 3; ++frame) collideBy(first, true);
+    CHECK(begunOf(space).empty());
+    collideBy(dParallelSAPMethodAuto + dParallelSAPMethodSweep - first, false);
+    CHECK(endedOf(space).size() == 1);
+    collideBy(first, true);
+    INFO("method " << first);
+    CHECK(begunOf(space).size() == 1);
+  }
+}
+
 TEST_CASE("An ended pair names no geom that has left the space", "[events]") {
   for (const bool small : {true, false}) {
     const Space space, other;

@@ -1,4 +1,4 @@
-#include "space/cache/pair_merge.h"
+#include "space/cache/changed_pairs.h"
 
 #include <algorithm>
 #include <atomic>
@@ -20,7 +20,7 @@ Region merging("pair merge: parts");
 }  // namespace
 
 // Writes one part of both lists to `merged`. Returns how many of the old pairs stayed.
-std::size_t PairMerge::run(const Task& task, const SlotSet& changed, Buffer<Pair>& merged) {
+std::size_t ChangedPairs::merge(const Task& task, const SlotSet& changed, Buffer<Pair>& merged) {
   const Pair *pair = task.begin, *found = task.found_begin;
   const std::size_t found_pairs = task.found_end - found;
   merged.resizeDiscarding((task.end - pair) + found_pairs);
@@ -61,16 +61,16 @@ std::size_t PairMerge::run(const Task& task, const SlotSet& changed, Buffer<Pair
 }
 
 // The filter leaves what it has dropped some of in several parts.
-const Buffer<Pair>& PairMerge::inOnePart(const PairList& found) {
-  if (found.size() == found.parts[0].size()) return found.parts[0];
-  joined_.resizeDiscarding(found.size());
+const Buffer<Pair>& ChangedPairs::inOnePart() {
+  if (found_.size() == found_.parts[0].size()) return found_.parts[0];
+  joined_.resizeDiscarding(found_.size());
   Pair* end = joined_.data();
-  for (const Buffer<Pair>& part : found.parts) end = std::copy(part.begin(), part.end(), end);
+  for (const Buffer<Pair>& part : found_.parts) end = std::copy(part.begin(), part.end(), end);
   return joined_;
 }
 
 // Cuts the pairs into parts of like length, and the found ones where those begin.
-void PairMerge::planTasks(const PairList& pairs, const Buffer<Pair>& found, int threads) {
+void ChangedPairs::planTasks(const PairList& pairs, const Buffer<Pair>& found, int threads) {
   const std::size_t task_pairs = chunkOf(pairs.size(), part_pairs, threads);
   const Pair* const found_begin = found.begin();
   const Pair* const found_end = found.end();
@@ -91,15 +91,14 @@ void PairMerge::planTasks(const PairList& pairs, const Buffer<Pair>& found, int 
   tasks_.back().found_end = found_end;
 }
 
-std::size_t PairMerge::replace(const SlotSet& changed, const PairList& found, int threads,
-                               PairList& pairs) {
-  planTasks(pairs, inOnePart(found), threads);
+std::size_t ChangedPairs::replace(const SlotSet& changed, int threads, PairList& pairs) {
+  planTasks(pairs, inOnePart(), threads);
   merged_.clear(tasks_.size());
   std::atomic<std::size_t> kept{0};
   const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
   runChunks(merging, team, tasks_.size(), 1, [&](const Range& range, int) {
     const std::size_t i = range.begin;
-    kept += run(tasks_[i], changed, merged_.parts[i]);
+    kept += merge(tasks_[i], changed, merged_.parts[i]);
   });
   std::swap(pairs, merged_);
   return kept;
