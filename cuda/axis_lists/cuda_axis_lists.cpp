@@ -41,9 +41,8 @@ double milliseconds(Clock::time_point begin, Clock::time_point end) {
 // for what is under way, and nothing is freed while it is in use.
 class DevicePart {
  public:
-  explicit DevicePart(int device) {
-    CHECK_CUDA(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device));
-  }
+  explicit DevicePart(int device)
+      : processors_(attributeOf(device, cudaDevAttrMultiProcessorCount)) {}
   // Finds the part's pairs, of its own box numbers, in no particular order.
   void find(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes,
             Buffer<Pair>& found);
@@ -57,7 +56,7 @@ class DevicePart {
   void reserve(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes);
   void sendRows(const AxisPart& part, AxisView (&views)[3]);
 
-  int processors_ = 0;
+  const int processors_;
   DeviceBuffer<char> rows_;  // of all axes, as they were sent
   DeviceBuffer<std::uint32_t> lists_[3];
   DeviceBuffer<Pair> both_, all_;

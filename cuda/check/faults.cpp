@@ -60,26 +60,6 @@ bool checkFaults(int threads, int devices, bool measuring) {
   return samePairs("after faults", expected, found) && good && met > 40;
 }
 
-bool checkSizesOfDevices(int threads) {
-  Sweep<float> cpu;
-  BoxSet boxes;
-  PairList expected, found;
-  bool good = true;
-  pretendSmallerDevices(true);
-  const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(2));
-  finder->useDevices(2);
-  for (std::uint64_t seed = 0; seed < 10 && good; ++seed) {
-    sceneOf("sizes").fill(1000000, seed, boxes);
-    cpu.find(boxes, threads, expected);
-    finder->find(boxes, threads, found);
-    good = samePairs("devices of two sizes", expected, found) && finder->devicesUsed() == 2;
-  }
-  pretendSmallerDevices(false);
-  std::printf("devices of two sizes: %s\n", good ? "same" : "DIFFERENT");
-  std::fflush(stdout);
-  return good;
-}
-
 bool checkSharing(int threads) {
   bool good[2] = {true, true};
   std::thread users[2];

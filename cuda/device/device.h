@@ -22,8 +22,7 @@ bool cudaCallIsToFail();
   ::ode_parallel_sap::checkCuda( \
       ::ode_parallel_sap::cudaCallIsToFail() ? cudaErrorLaunchFailure : (call), #call)
 
-// How many there are on the device.
-int processorsOf(int device);
+int attributeOf(int device, cudaDeviceAttr attribute);
 
 // What the driver keeps for the program on a device, whichever of its libraries has it made.
 struct DriverContext {

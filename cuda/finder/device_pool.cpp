@@ -40,10 +40,8 @@ BoxSet smallScene() {
 
 // Its compute capability.
 std::pair<int, int> generationOf(int device) {
-  std::pair<int, int> generation;
-  CHECK_CUDA(cudaDeviceGetAttribute(&generation.first, cudaDevAttrComputeCapabilityMajor, device));
-  CHECK_CUDA(cudaDeviceGetAttribute(&generation.second, cudaDevAttrComputeCapabilityMinor, device));
-  return generation;
+  return {attributeOf(device, cudaDevAttrComputeCapabilityMajor),
+          attributeOf(device, cudaDevAttrComputeCapabilityMinor)};
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ enum DeviceStage {
 // Everything that lives on the device. The streams come last, so that they are the first to go:
 // they wait for what is under way, and nothing is freed while it is in use.
 struct Context {
-  explicit Context(int device) : processors(processorsOf(device)) {
+  explicit Context(int device) : processors(attributeOf(device, cudaDevAttrMultiProcessorCount)) {
     for (int i = 0; i < stages; ++i) stage_events.push_back(std::make_unique<Event>(Event::Time));
   }
 
