@@ -1,6 +1,5 @@
 #include "cuda/axis_lists/axis_kernels.h"
 //
-#include "cuda/axis_lists/tuning.h"
 #include "cuda/device/launch.cuh"
 
 namespace ode_parallel_sap {

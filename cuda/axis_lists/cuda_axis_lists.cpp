@@ -6,7 +6,6 @@
 
 #include "cuda/axis_lists/axis_kernels.h"
 #include "cuda/axis_lists/axis_parts.h"
-#include "cuda/axis_lists/tuning.h"
 #include "cuda/device/device.h"
 #include "cuda/device/devices.h"
 #include "space/base/floating_point.h"

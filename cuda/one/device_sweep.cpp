@@ -5,7 +5,6 @@
 #include "cuda/device/devices.h"
 #include "cuda/one/classify.h"
 #include "cuda/one/clusters.h"
-#include "cuda/one/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -8,7 +8,6 @@
 
 #include "cuda/one/cells.h"
 #include "cuda/one/context.h"
-#include "cuda/one/own_lists.h"
 #include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {

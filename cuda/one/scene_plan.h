@@ -6,7 +6,6 @@
 
 #include "cuda/device/tuning.h"
 #include "cuda/one/size_rules.h"
-#include "cuda/one/tuning.h"
 
 namespace ode_parallel_sap {
 namespace device {
