@@ -15,8 +15,8 @@ constexpr std::uint32_t no_box = 0xffffffff;
 
 // The last row of [low, high) that begins at or before `place`; begins[low] <= place, and place <
 // begins[high].
-__device__ std::uint32_t rowOf(const unsigned long long* begins, std::uint32_t low,
-                               std::uint32_t high, unsigned long long place) {
+__device__ std::uint32_t rowOf(const std::uint64_t* begins, std::uint32_t low, std::uint32_t high,
+                               unsigned long long place) {
   while (high - low > 1) {
     const std::uint32_t middle = low + (high - low) / 2;
     if (begins[middle] <= place)

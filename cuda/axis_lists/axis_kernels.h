@@ -15,7 +15,7 @@ namespace device {
 // the pairs [first, last) the later box.
 struct AxisView {
   const std::uint32_t *order, *ranks, *reach;
-  const unsigned long long* begins;
+  const std::uint64_t* begins;
   std::uint32_t* list;
   unsigned long long first, last;
   std::uint32_t count;

@@ -93,7 +93,7 @@ int DevicePool::device(std::size_t i) {
 // So that the driver has loaded what it takes.
 void DevicePool::findSmallScene(int device) {
   PairList pairs;
-  makeCudaSweep({device})->find(smallScene(), 1, pairs);
+  CudaSweep({device}).find(smallScene(), 1, pairs);
 }
 
 void DevicePool::wereReset() {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "cuda/device/devices.h"
 #include "cuda/one/classify.h"
 #include "cuda/one/clusters.h"
 
@@ -386,7 +385,17 @@ void DeviceSweep::finishPairs(PairList& to, std::size_t part) {
 }
 
 void DeviceSweep::mark(DeviceStage stage) {
-  if (measuring) CHECK_CUDA(cudaEventRecord(*context_->stage_events[stage], context_->compute));
+  if (times) CHECK_CUDA(cudaEventRecord(*context_->stage_events[stage], context_->compute));
+}
+
+void DeviceSweep::readTimes() {
+  if (!times) return;
+  const std::vector<std::unique_ptr<Event>>& events = context_->stage_events;
+  CHECK_CUDA(cudaEventSynchronize(*events[Listed]));
+  float* const stage_ms[] = {&times->upload, &times->classify, &times->sort,    &times->cells,
+                             &times->search, &times->scan,     &times->scatter, &times->lists};
+  for (int stage = Start; stage < Listed; ++stage)
+    CHECK_CUDA(cudaEventElapsedTime(stage_ms[stage], *events[stage], *events[stage + 1]));
 }
 
 }  // namespace ode_parallel_sap

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "cuda/device/devices.h"
 #include "cuda/one/cells.h"
 #include "cuda/one/context.h"
 #include "space/base/pair_list.h"
@@ -98,9 +99,10 @@ class DeviceSweep {
   void sendPairs(PairList& pairs, std::size_t part);
   void finishPairs(PairList& pairs, std::size_t part);
 
-  // Marks the end of a stage, while measuring.
+  // Marks the end of a stage, while measuring; and how long all of them took.
   void mark(DeviceStage stage);
-  bool measuring = false;
+  void readTimes();
+  CudaStageTimes* times = nullptr;  // null: not measured
 
   // Waits for all that is under way, whatever becomes of it.
   void wait();
