@@ -20,10 +20,9 @@ namespace ode_parallel_sap {
 namespace {
 
 using device::AxisView;
-using device::CommonCounts;
 
 // fixed: pairs of the fullest axis that are dealt with at a time: bounds what their results may
-// take, 256 MB.
+// take, 128 MB.
 constexpr std::uint64_t axis_chunk_pairs = std::uint64_t{1} << 24;
 
 // Pairs that get their slots, filters and marks.
@@ -35,8 +34,6 @@ Region driving("device: axis lists"), finishing("device: pairs of axis lists");
 // for what is under way, and nothing is freed while it is in use.
 class DevicePart {
  public:
-  explicit DevicePart(int device)
-      : processors_(attributeOf(device, cudaDevAttrMultiProcessorCount)) {}
   // Finds the part's pairs, of its own box numbers, in no particular order.
   void find(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes,
             Buffer<Pair>& found);
@@ -52,11 +49,10 @@ class DevicePart {
   void reserve(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes);
   AxisView sendRows(const AxisRows& rows, Axis& to);
 
-  const int processors_;
   Axis axes_[3];
-  DeviceBuffer<Pair> both_, all_;
-  DeviceBuffer<CommonCounts> counts_;
-  PinnedBuffer<CommonCounts> counts_here_;
+  DeviceBuffer<Pair> common_;
+  DeviceBuffer<unsigned long long> count_;
+  PinnedBuffer<unsigned long long> count_here_;
   Stream stream_;
 };
 
@@ -64,14 +60,14 @@ class DevicePart {
 void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes) {
   const std::uint64_t own_pairs = part.end() - part.begin();
   const std::uint64_t chunk = std::min(own_pairs, axis_chunk_pairs);
-  std::uint64_t needed = 2 * chunk * sizeof(Pair) + sizeof(CommonCounts), lists[3];
+  std::uint64_t needed = chunk * sizeof(Pair) + sizeof(unsigned long long), lists[3];
   for (int axis = 0; axis < 3; ++axis) {
     const AxisRows& rows = part.rows(axis);
     lists[axis] = axis == axes.fullest ? own_pairs : rows.pairs();
     needed += rows.begins.size() * sizeof(std::uint64_t) +
               (2 * rows.order.size() + rows.ranks.size() + lists[axis]) * sizeof(std::uint32_t);
   }
-  const std::uint64_t held = bytesOf(axes_) + bytesOf(both_, all_, counts_);
+  const std::uint64_t held = bytesOf(axes_) + common_.bytes() + count_.bytes();
   std::uint64_t allowed = most_bytes;
   if (!most_bytes && needed > held) {
     std::size_t free = 0, total = 0;
@@ -87,10 +83,9 @@ void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes, std::uint
     axes_[axis].ranks.reserve(rows.ranks.size());
     axes_[axis].list.reserve(lists[axis]);
   }
-  both_.reserve(chunk);
-  all_.reserve(chunk);
-  counts_.reserve(1);
-  counts_here_.reserve(1);
+  common_.reserve(chunk);
+  count_.reserve(1);
+  count_here_.reserve(1);
 }
 
 // The view's list is the whole axis's.
@@ -125,15 +120,15 @@ void DevicePart::find(const AxisPart& part, const AxisChoice& axes, std::uint64_
   for (const AxisView& view : views) fillList(view, stream_);
   for (std::uint64_t begin = part.begin(); begin < part.end(); begin += axis_chunk_pairs) {
     device::findCommon({fullest, views[axes.second], views[axes.third]},
-                       {begin, std::min(begin + axis_chunk_pairs, part.end())},
-                       {both_.data(), all_.data(), counts_.data()}, {stream_, processors_});
-    CHECK_CUDA(cudaMemcpyAsync(counts_here_.data(), counts_.data(), sizeof(CommonCounts),
+                       {begin, std::min(begin + axis_chunk_pairs, part.end())}, common_.data(),
+                       count_.data(), stream_);
+    CHECK_CUDA(cudaMemcpyAsync(count_here_.data(), count_.data(), sizeof(unsigned long long),
                                cudaMemcpyDeviceToHost, stream_));
     CHECK_CUDA(cudaStreamSynchronize(stream_));
-    const std::size_t before = found.size(), count = counts_here_[0].all;
+    const std::size_t before = found.size(), count = count_here_[0];
     found.resize(before + count);
     if (count)
-      CHECK_CUDA(cudaMemcpyAsync(found.data() + before, all_.data(), count * sizeof(Pair),
+      CHECK_CUDA(cudaMemcpyAsync(found.data() + before, common_.data(), count * sizeof(Pair),
                                  cudaMemcpyDeviceToHost, stream_));
     CHECK_CUDA(cudaStreamSynchronize(stream_));
   }
@@ -193,7 +188,7 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
         if (!share.device) share.driver_context = driverContextOf(share.number);
         const ScopedDevice device(share.driver_context);
         cudaGetLastError();  // not ours
-        if (!share.device) share.device = std::make_unique<DevicePart>(share.number);
+        if (!share.device) share.device = std::make_unique<DevicePart>();
         share.device->find(share.part, axes, most_bytes_, share.found);
       }
     });
