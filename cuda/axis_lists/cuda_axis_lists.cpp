@@ -1,13 +1,11 @@
 #include "cuda/axis_lists/cuda_axis_lists.h"
 
 #include <algorithm>
-#include <memory>
 #include <vector>
 
 #include "cuda/axis_lists/axis_kernels.h"
 #include "cuda/axis_lists/axis_parts.h"
 #include "cuda/device/device.h"
-#include "cuda/device/devices.h"
 #include "space/base/floating_point.h"
 #include "space/base/packed_pair_rule.h"
 #include "space/base/pair_finder.h"
@@ -34,6 +32,7 @@ Region driving("device: axis lists"), finishing("device: pairs of axis lists");
 // for what is under way, and nothing is freed while it is in use.
 class DevicePart {
  public:
+  explicit DevicePart(int) {}
   // Finds the part's pairs, of its own box numbers, in no particular order.
   void find(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes,
             Buffer<Pair>& found);
@@ -137,39 +136,23 @@ void DevicePart::find(const AxisPart& part, const AxisChoice& axes, std::uint64_
 }  // namespace
 
 struct CudaAxisLists::Share {
-  int number = 0;
-  DriverContext driver_context;
-  std::unique_ptr<DevicePart> device;
-  // As in DeviceSweep.
-  bool isGone() {
-    if (device && isLost(driver_context)) (void)device.release();
-    return !device;
-  }
+  OnDevice<DevicePart> on;
   AxisPart part;
   Buffer<Pair> found;
 };
 
-CudaAxisLists::CudaAxisLists() : shares_(1) {}
-CudaAxisLists::~CudaAxisLists() {
-  releaseDevices();
+CudaAxisLists::CudaAxisLists() {
+  useDevices({0});
 }
-
-void CudaAxisLists::releaseDevices() {
-  for (Share& share : shares_) {
-    if (share.isGone()) continue;
-    const ScopedDevice device(share.driver_context, std::nothrow);
-    share.device.reset();
-  }
-}
+CudaAxisLists::~CudaAxisLists() = default;
 
 void CudaAxisLists::useDevices(const std::vector<int>& devices) {
   const bool same =
       std::equal(devices.begin(), devices.end(), shares_.begin(), shares_.end(),
-                 [](int number, const Share& share) { return number == share.number; });
+                 [](int device, const Share& share) { return device == share.on.device(); });
   if (same) return;
-  releaseDevices();
-  shares_ = std::vector<Share>(devices.size());
-  for (std::size_t i = 0; i < devices.size(); ++i) shares_[i].number = devices[i];
+  shares_.clear();
+  for (const int device : devices) shares_.push_back({OnDevice<DevicePart>(device), {}, {}});
 }
 
 // One thread a device cuts its part out of the scene, and has its device find the pairs. Returns
@@ -184,19 +167,18 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
         noteWork();
         Share& share = shares_[i];
         share.part.cut(rows, axes, i, count);
-        if (share.device && share.isGone()) throw DeviceWasReset();
-        if (!share.device) share.driver_context = driverContextOf(share.number);
-        const ScopedDevice device(share.driver_context);
+        share.on.checkContext();
+        const ScopedDevice device(share.on.driverContext());
         cudaGetLastError();  // not ours
-        if (!share.device) share.device = std::make_unique<DevicePart>();
-        share.device->find(share.part, axes, most_bytes_, share.found);
+        share.on.open();
+        share.on.context()->find(share.part, axes, most_bytes_, share.found);
       }
     });
   } catch (const ListsTooLong&) {
     throw;  // before anything was begun on that device, and all others are done
   } catch (...) {
     // Nothing may be left under way, and nothing is known of the state of what is there.
-    releaseDevices();
+    for (Share& share : shares_) share.on.release();
     throw;
   }
   return used;

@@ -37,7 +37,6 @@ class CudaAxisLists final : public PairFinder {
   int findOnDevices(const AxisRows* const (&rows)[3], int threads);
   template <class Real>
   void finish(const BoxSet& boxes, int threads, PairList& pairs);
-  void releaseDevices();
 
   std::uint64_t most_bytes_ = 0;
   EndpointLists<float> endpoints_;

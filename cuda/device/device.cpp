@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "cuda/device/devices.h"
 #include "cuda/device/fault_injection.h"
 
 namespace ode_parallel_sap {

@@ -33,37 +33,12 @@ std::size_t segmentsFor(std::size_t pairs) {
 
 }  // namespace
 
-const DriverContext& DeviceSweep::driverContext() {
-  if (!context_) driver_context_ = driverContextOf(device_);
-  return driver_context_;
-}
-
-// What was on a device that the program has reset is not given back: its handles lead nowhere.
-bool DeviceSweep::isGone() {
-  if (context_ && isLost(driver_context_)) (void)context_.release();
-  return !context_;
-}
-
-void DeviceSweep::checkContext() {
-  if (context_ && isGone()) throw DeviceWasReset();
-}
-
-void DeviceSweep::release() {
-  if (isGone()) return;
-  const ScopedDevice device(driver_context_, std::nothrow);
-  context_.reset();
-}
-
 void DeviceSweep::wait() {
   if (isGone()) return;
   const ScopedDevice device(driver_context_, std::nothrow);
   for (const cudaStream_t stream :
        {cudaStream_t(context_->up), cudaStream_t(context_->compute), cudaStream_t(context_->down)})
     cudaStreamSynchronize(stream);
-}
-
-void DeviceSweep::open() {
-  if (!context_) context_ = std::make_unique<Context>(device_);
 }
 
 std::uint32_t DeviceSweep::wantedRow() const {
