@@ -50,27 +50,6 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
 template <class Tree>
 using RealOf = typename std::remove_reference_t<Tree>::RealType;
 
-template <class Real>
-void findBox(const QueryTree<Real> (&of)[GeomTree::kinds], const BasicBox<Real>& box,
-             GeomTree::Kind first, std::size_t slots, Buffer<Slot>& found) {
-  found.resizeDiscarding(slots + 2 * group_size);
-  std::size_t count = 0;
-  for (int kind = first; kind < GeomTree::kinds; ++kind)
-    if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
-  found.resize(count);
-}
-
-// Where the boxes cannot decide, the AABBs do.
-void dropApart(const GeomTree::Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) {
-  Slot* next = found.data();
-  for (const Slot hit : found) {
-    const Slot slot = hit & ~borderline_slot;
-    *next = slot;
-    next += slot == hit || boxesOverlap(geoms[slot], geom);
-  }
-  found.resize(next - found.data());
-}
-
 }  // namespace
 
 // Returns how many boxes floats make clearly larger.
@@ -241,17 +220,23 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
 }
 
 void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found, Kind first) const {
+  found.resizeDiscarding(geoms.size() + 2 * group_size);
+  std::size_t count = 0;
   withTrees([&](const auto& of) {
     bool coarse;
-    findBox(of, boxOf<RealOf<decltype(of[0])>>(geom, coarse), first, geoms.size(), found);
+    const auto box = boxOf<RealOf<decltype(of[0])>>(geom, coarse);
+    for (int kind = first; kind < kinds; ++kind)
+      if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
   });
-  dropApart(geoms, geom, found);
-}
-
-void GeomTree::find(const Geoms& geoms, Slot slot, const BoxSet& boxes, Buffer<Slot>& found) const {
-  if (boxes.wide || tree_->is_wide) return find(geoms, geoms[slot], found);
-  findBox(tree_->narrow, boxes.boxes[slot], bounded, geoms.size(), found);
-  dropApart(geoms, geoms[slot], found);
+  // Where the boxes cannot decide, the AABBs do.
+  Slot* next = found.data();
+  found.resize(count);
+  for (const Slot hit : found) {
+    const Slot slot = hit & ~borderline_slot;
+    *next = slot;
+    next += slot == hit || boxesOverlap(geoms[slot], geom);
+  }
+  found.resize(next - found.data());
 }
 
 }  // namespace ode_parallel_sap
