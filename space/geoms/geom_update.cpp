@@ -169,27 +169,10 @@ UpdateFacts GeomUpdate::mergeParts(std::uintptr_t some_body) {
   return facts;
 }
 
-// Where addresses are too far apart for 32 of their bits to tell them apart.
-void GeomUpdate::numberBodies(dxGeom* const* geoms) {
-  body_numbers_.clear();
-  for (std::size_t slot = 0; slot < boxes_.size; ++slot) {
-    const dxBody* const body = geoms[slot] ? geoms[slot]->body : nullptr;
-    if (boxes_.bodies[slot] == resting_number && geoms[slot] &&
-        isResting(geoms[slot], packer_.rules))
-      continue;
-    boxes_.bodies[slot] =
-        body ? body_numbers_.emplace(body, static_cast<std::uint32_t>(body_numbers_.size() + 1))
-                   .first->second
-             : 0;
-  }
-}
-
-const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms) {
-  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms);
+void GeomUpdate::synchronise() {
   boxes_.exact = facts_.exact_boxes || boxes_.wide;
   boxes_.filter_bits = facts_.filter_bits;
-  boxes_.filter_bodies = facts_.filter_bodies;
-  return facts_;
+  boxes_.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
 }
 
 void GeomUpdate::watchAll() {

@@ -23,7 +23,7 @@ Region verifying("filter: verified pairs"), testing("filter: exact tests"), clos
 struct ExactTest {
   dxGeom* const* geoms;
   const std::uint32_t* bodies;  // their numbers
-  bool every_filter;            // the filter bits beside the boxes do not decide
+  bool every_filter;            // the bits or bodies beside the boxes do not decide
   bool asleep_on_static;        // pairs of a geom asleep and a static one are not wanted
   bool packed_bits_at_rest;     // geoms at rest have their own bits
   const SlotState* of_planes;   // by slot, unbounded_state where planes are; null: not culled
@@ -34,6 +34,7 @@ struct ExactTest {
 
   bool drops(Pair pair) const {
     const Slot earlier = earlierOf(pair), later = laterOf(pair);
+    if (every_filter && atRest(earlier) && atRest(later)) return true;
     if (asleep_on_static &&
         ((atRest(earlier) && isStatic(later)) || (isStatic(earlier) && atRest(later))))
       return true;
@@ -113,7 +114,7 @@ void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
   const UpdateFacts& facts = update.facts();
   const ExactTest test = {geoms,
                           update.boxes().bodies.data(),
-                          !facts.exact_bits,
+                          !facts.exact_bits || (facts.filter_bodies && !facts.exact_bodies),
                           rules.skip_asleep && !rules.skip_static,
                           rules.notified,
                           planes && facts.unbounded ? update.states() : nullptr};
