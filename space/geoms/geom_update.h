@@ -70,8 +70,7 @@ class GeomUpdate {
   template <class Use>
   static void forPart(Geoms geoms, Range range, Use use, UpdatePart& part);
   Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
-  UpdateFacts mergeParts(std::uintptr_t some_body);
-  bool needsDoubles(dxGeom* const* geoms);
+  UpdateFacts mergeParts();
   void watchAll();
   void resizeTo(std::size_t slots);
   bool takeOver(const UpdateFacts& packed);
