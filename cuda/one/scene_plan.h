@@ -10,9 +10,6 @@
 namespace ode_parallel_sap {
 namespace device {
 
-using size_rules::bins;
-using size_rules::most_classes;
-
 // A key is the class, then the place on the class's curve, in the top digits of 32.
 // fixed: they hold most_classes.
 constexpr int class_digits = 5;

@@ -7,7 +7,7 @@
 #include "space/base/float_steps.h"
 
 namespace ode_parallel_sap {
-namespace size_rules {
+namespace device {
 
 constexpr int most_classes = 24;  // fixed: a key holds their number in five digits
 constexpr int octaves = 256;      // fixed: exponents of a float
@@ -107,5 +107,5 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int splitWindow(const std::uint32_t* counts, 
   return classes;
 }
 
-}  // namespace size_rules
+}  // namespace device
 }  // namespace ode_parallel_sap
