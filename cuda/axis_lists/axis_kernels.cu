@@ -1,6 +1,5 @@
 #include "cuda/axis_lists/axis_kernels.h"
 //
-#include "cuda/axis_lists/tuning.h"
 #include "cuda/device/launch.cuh"
 
 namespace ode_parallel_sap {
@@ -16,8 +15,8 @@ constexpr std::uint32_t no_box = 0xffffffff;
 
 // The last row of [low, high) that begins at or before `place`; begins[low] <= place, and place <
 // begins[high].
-__device__ std::uint32_t rowOf(const unsigned long long* begins, std::uint32_t low,
-                               std::uint32_t high, unsigned long long place) {
+__device__ std::uint32_t rowOf(const std::uint64_t* begins, std::uint32_t low, std::uint32_t high,
+                               unsigned long long place) {
   while (high - low > 1) {
     const std::uint32_t middle = low + (high - low) / 2;
     if (begins[middle] <= place)
@@ -52,36 +51,6 @@ __device__ bool holds(const AxisView& axis, std::uint32_t a, std::uint32_t b) {
          axis.list[axis.begins[row] + (other - row - 1)] == (rank_a < rank_b ? b : a);
 }
 
-// Collects pairs in shared memory and writes them behind each other: one place is asked for a tile.
-// At most tile_pairs can be added between start() and write(), both of which all threads call.
-class TileOutput {
- public:
-  __device__ void start() {
-    if (threadIdx.x == 0) *count() = 0;
-    __syncthreads();
-  }
-  __device__ void add(Pair pair) { pairs()[atomicAdd(count(), 1u)] = pair; }
-  __device__ void write(Pair* to, unsigned long long* written) {
-    __shared__ unsigned long long first;
-    __syncthreads();
-    if (threadIdx.x == 0) first = atomicAdd(written, static_cast<unsigned long long>(*count()));
-    __syncthreads();
-    for (std::uint32_t i = threadIdx.x; i < *count(); i += block_threads)
-      to[first + i] = pairs()[i];
-    __syncthreads();
-  }
-
- private:
-  static __device__ Pair* pairs() {
-    __shared__ Pair storage[tile_pairs];
-    return storage;
-  }
-  static __device__ std::uint32_t* count() {
-    __shared__ std::uint32_t number;
-    return &number;
-  }
-};
-
 // One thread a pair, eight after each other, neighbours in memory side by side. Writes
 // list[place - first] for each place of the block's tile below `last`.
 __global__ void fillKernel(AxisView axis) {
@@ -97,41 +66,30 @@ __global__ void fillKernel(AxisView axis) {
   }
 }
 
-// The paper's first kernel: one thread a pair of the fullest axis looks for it in the second. The
-// tile's hits are at most its pairs, so `both` has room for those of all tiles.
-__global__ void meetKernel(AxisView first, AxisView second, Places places, Pair* both,
-                           unsigned long long* written) {
+// The paper's two kernels in one: a thread looks for its pairs of the fullest axis in the second
+// and, if they are there, in the third. A block collects those that it finds in shared memory and
+// asks for their places at once. They are at most its tile's, so `found` has room for all.
+__global__ void meetKernel(AxisViews axes, Places places, Pair* found, unsigned long long* count) {
+  __shared__ Pair own[tile_pairs];
+  __shared__ std::uint32_t own_count;
+  __shared__ unsigned long long place_of_own;
+  const AxisView& first = axes.first;
   const unsigned long long begin =
       places.begin + static_cast<unsigned long long>(blockIdx.x) * tile_pairs;
   const unsigned long long end = min(begin + tile_pairs, places.end);
-  const TileRows rows(first, begin, end);
-  TileOutput output;
-  output.start();
+  if (threadIdx.x == 0) own_count = 0;
+  const TileRows rows(first, begin, end);  // waits for all threads
   for (unsigned long long place = begin + threadIdx.x; place < end; place += block_threads) {
     const std::uint32_t a = first.order[rowOf(first.begins, rows.low, rows.high, place)];
     const std::uint32_t b = first.list[place - first.first];
-    if (b != no_box && holds(second, a, b)) output.add(Pair{a} << 32 | b);
+    if (b != no_box && holds(axes.second, a, b) && holds(axes.third, a, b))
+      own[atomicAdd(&own_count, 1u)] = Pair{a} << 32 | b;
   }
-  output.write(both, written);
-}
-
-// The paper's second kernel: one thread a pair that is left looks for it in the third axis. The
-// number of pairs is known on the device only; blocks take tiles in strides of the grid.
-__global__ void keepKernel(AxisView third, const Pair* both, const unsigned long long* count,
-                           Pair* all, unsigned long long* written) {
-  const unsigned long long pairs = *count, stride = std::size_t{gridDim.x} * tile_pairs;
-  TileOutput output;
-  for (unsigned long long begin = std::size_t{blockIdx.x} * tile_pairs; begin < pairs;
-       begin += stride) {
-    const unsigned long long end = min(begin + tile_pairs, pairs);
-    output.start();
-    for (unsigned long long i = begin + threadIdx.x; i < end; i += block_threads) {
-      const Pair pair = both[i];
-      if (holds(third, static_cast<std::uint32_t>(pair >> 32), static_cast<std::uint32_t>(pair)))
-        output.add(pair);
-    }
-    output.write(all, written);
-  }
+  __syncthreads();
+  if (threadIdx.x == 0) place_of_own = atomicAdd(count, static_cast<unsigned long long>(own_count));
+  __syncthreads();
+  for (std::uint32_t i = threadIdx.x; i < own_count; i += block_threads)
+    found[place_of_own + i] = own[i];
 }
 
 std::size_t tilesFor(unsigned long long pairs) {
@@ -145,15 +103,12 @@ void fillList(const AxisView& axis, cudaStream_t stream) {
     launch("fill list", fillKernel, tilesFor(axis.last - axis.first), block_threads, stream, axis);
 }
 
-void findCommon(const AxisViews& axes, const Places& places, const CommonPairs& found,
-                const KernelQueue& queue) {
-  CHECK_CUDA(cudaMemsetAsync(found.counts, 0, sizeof *found.counts, queue.stream));
-  if (places.begin >= places.end) return;
-  const std::size_t tiles = tilesFor(places.end - places.begin);
-  launch("meet second axis", meetKernel, tiles, block_threads, queue.stream, axes.first,
-         axes.second, places, found.both, &found.counts->both);
-  launch("meet third axis", keepKernel, blocksFor(tiles, 1, queue), block_threads, queue.stream,
-         axes.third, found.both, &found.counts->both, found.all, &found.counts->all);
+void findCommon(const AxisViews& axes, const Places& places, Pair* found, unsigned long long* count,
+                cudaStream_t stream) {
+  CHECK_CUDA(cudaMemsetAsync(count, 0, sizeof *count, stream));
+  if (places.begin < places.end)
+    launch("meet axes", meetKernel, tilesFor(places.end - places.begin), block_threads, stream,
+           axes, places, found, count);
 }
 
 }  // namespace device

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 
-#include "cuda/device/device.h"
 #include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
@@ -15,20 +14,11 @@ namespace device {
 // the pairs [first, last) the later box.
 struct AxisView {
   const std::uint32_t *order, *ranks, *reach;
-  const unsigned long long* begins;
+  const std::uint64_t* begins;
   std::uint32_t* list;
   unsigned long long first, last;
   std::uint32_t count;
   bool inverted;
-};
-
-// How many pairs the first two axes have in common, and how many all three.
-struct CommonCounts {
-  unsigned long long both, all;
-};
-struct CommonPairs {
-  Pair *both, *all;
-  CommonCounts* counts;
 };
 
 // Writes the list of an axis.
@@ -41,14 +31,13 @@ struct Places {
 
 // The axes from the fullest on.
 struct AxisViews {
-  const AxisView &first, &second, &third;
+  AxisView first, second, third;
 };
 
-// Of the pairs at `places` of the first axis, within its list: those that the second holds to
-// `both`, and those of them that the third does to `all`, in no particular order. Both have room
-// for as many.
-void findCommon(const AxisViews& axes, const Places& places, const CommonPairs& found,
-                const KernelQueue& queue);
+// Writes to `found` those of the pairs at `places` of the first axis, within its list, that both
+// others hold, in no particular order, and to `count` their number. There is room for all.
+void findCommon(const AxisViews& axes, const Places& places, Pair* found, unsigned long long* count,
+                cudaStream_t stream);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

@@ -1,14 +1,11 @@
 #include "cuda/axis_lists/cuda_axis_lists.h"
 
 #include <algorithm>
-#include <chrono>
 #include <vector>
 
 #include "cuda/axis_lists/axis_kernels.h"
 #include "cuda/axis_lists/axis_parts.h"
-#include "cuda/axis_lists/tuning.h"
 #include "cuda/device/device.h"
-#include "cuda/device/devices.h"
 #include "space/base/floating_point.h"
 #include "space/base/packed_pair_rule.h"
 #include "space/base/pair_finder.h"
@@ -21,10 +18,9 @@ namespace ode_parallel_sap {
 namespace {
 
 using device::AxisView;
-using device::CommonCounts;
 
 // fixed: pairs of the fullest axis that are dealt with at a time: bounds what their results may
-// take, 256 MB.
+// take, 128 MB.
 constexpr std::uint64_t axis_chunk_pairs = std::uint64_t{1} << 24;
 
 // Pairs that get their slots, filters and marks.
@@ -32,101 +28,81 @@ constexpr Grain finished_pairs = {2 * chunk_pairs, Grain::whole};
 
 Region driving("device: axis lists"), finishing("device: pairs of axis lists");
 
-using Clock = std::chrono::steady_clock;
-double milliseconds(Clock::time_point begin, Clock::time_point end) {
-  return std::chrono::duration<double, std::milli>(end - begin).count();
-}
-
 // What one device keeps of its part. The stream comes last, so that it is the first to go: it waits
 // for what is under way, and nothing is freed while it is in use.
 class DevicePart {
  public:
-  explicit DevicePart(int device) {
-    CHECK_CUDA(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device));
-  }
+  explicit DevicePart(int) {}
   // Finds the part's pairs, of its own box numbers, in no particular order.
   void find(const AxisPart& part, const AxisChoice& axes, Buffer<Pair>& found);
-  std::size_t deviceBytes() const {
-    std::size_t bytes = rows_.bytes() + both_.bytes() + all_.bytes() + counts_.bytes();
-    for (const DeviceBuffer<std::uint32_t>& list : lists_) bytes += list.bytes();
-    return bytes;
-  }
 
  private:
+  // An axis as it was sent, and its list.
+  struct Axis {
+    DeviceBuffer<std::uint64_t> begins;
+    DeviceBuffer<std::uint32_t> order, reach, ranks, list;
+
+    std::size_t bytes() const { return bytesOf(begins, order, reach, ranks, list); }
+  };
   void reserve(const AxisPart& part, const AxisChoice& axes);
-  void sendRows(const AxisPart& part, AxisView (&views)[3]);
+  AxisView sendRows(const AxisRows& rows, Axis& to);
 
-  int processors_ = 0;
-  DeviceBuffer<char> rows_;  // of all axes, as they were sent
-  DeviceBuffer<std::uint32_t> lists_[3];
-  DeviceBuffer<Pair> both_, all_;
-  DeviceBuffer<CommonCounts> counts_;
-  PinnedBuffer<CommonCounts> counts_here_;
+  Axis axes_[3];
+  DeviceBuffer<Pair> common_;
+  DeviceBuffer<unsigned long long> count_;
+  PinnedBuffer<unsigned long long> count_here_;
   Stream stream_;
-};
-
-// Sizes of the arrays of an axis as they travel: 8-byte begins, then 4-byte arrays.
-struct RowsLayout {
-  std::size_t begins, ranks, boxes;
-
-  explicit RowsLayout(const AxisRows& rows)
-      : begins(rows.begins.size() * sizeof(std::uint64_t)),
-        ranks(rows.ranks.size() * sizeof(std::uint32_t)),
-        boxes(rows.order.size() * sizeof(std::uint32_t)) {}
-  // Every axis begins at a multiple of 8.
-  std::size_t bytes() const { return (begins + ranks + 2 * boxes + 7) / 8 * 8; }
 };
 
 // Counts all that the part needs before anything of it is taken.
 void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes) {
-  std::uint64_t rows = 0, lists[3], all_lists = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    rows += RowsLayout(part.rows(axis)).bytes();
-    lists[axis] = axis == axes.fullest ? part.end() - part.begin() : part.rows(axis).pairs();
-    all_lists += lists[axis];
-  }
-  const std::uint64_t chunk = std::min(part.end() - part.begin(), axis_chunk_pairs);
-  const std::uint64_t needed =
-      rows + all_lists * sizeof(std::uint32_t) + 2 * chunk * sizeof(Pair) + sizeof(CommonCounts);
-  std::uint64_t allowed = most_list_bytes.load(std::memory_order_relaxed);
-  if (!allowed && needed > deviceBytes()) {
-    std::size_t free = 0, total = 0;
-    CHECK_CUDA(cudaMemGetInfo(&free, &total));
-    allowed = (free + deviceBytes()) / 2;
-  }
-  if (allowed && needed > allowed) throw ListsTooLong(needed, allowed);
-  rows_.reserve(rows);
-  for (int axis = 0; axis < 3; ++axis) lists_[axis].reserve(lists[axis]);
-  both_.reserve(chunk);
-  all_.reserve(chunk);
-  counts_.reserve(1);
-  counts_here_.reserve(1);
-}
-
-void DevicePart::sendRows(const AxisPart& part, AxisView (&views)[3]) {
-  std::size_t offset = 0;
-  const auto send = [&](const void* from, std::size_t bytes) {
-    char* const place = rows_.data() + offset;
-    if (bytes) CHECK_CUDA(cudaMemcpyAsync(place, from, bytes, cudaMemcpyHostToDevice, stream_));
-    offset += bytes;
-    return place;
-  };
+  const std::uint64_t own_pairs = part.end() - part.begin();
+  const std::uint64_t chunk = std::min(own_pairs, axis_chunk_pairs);
+  std::uint64_t needed = chunk * sizeof(Pair) + sizeof(unsigned long long), lists[3];
   for (int axis = 0; axis < 3; ++axis) {
     const AxisRows& rows = part.rows(axis);
-    const RowsLayout layout(rows);
-    const std::size_t end = offset + layout.bytes();
-    AxisView& view = views[axis];
-    view.begins = reinterpret_cast<unsigned long long*>(send(rows.begins.data(), layout.begins));
-    view.order = reinterpret_cast<std::uint32_t*>(send(rows.order.data(), layout.boxes));
-    view.reach = reinterpret_cast<std::uint32_t*>(send(rows.reach.data(), layout.boxes));
-    view.ranks = reinterpret_cast<std::uint32_t*>(send(rows.ranks.data(), layout.ranks));
-    view.list = lists_[axis].data();
-    view.first = 0;
-    view.last = rows.pairs();
-    view.count = static_cast<std::uint32_t>(rows.order.size());
-    view.inverted = rows.inverted;
-    offset = end;
+    lists[axis] = axis == axes.fullest ? own_pairs : rows.pairs();
+    needed += rows.begins.size() * sizeof(std::uint64_t) +
+              (2 * rows.order.size() + rows.ranks.size() + lists[axis]) * sizeof(std::uint32_t);
   }
+  const std::uint64_t held = bytesOf(axes_) + common_.bytes() + count_.bytes();
+  std::uint64_t allowed = most_list_bytes.load(std::memory_order_relaxed);
+  if (!allowed && needed > held) {
+    std::size_t free = 0, total = 0;
+    CHECK_CUDA(cudaMemGetInfo(&free, &total));
+    allowed = (free + held) / 2;
+  }
+  if (allowed && needed > allowed) throw ListsTooLong(needed, allowed);
+  for (int axis = 0; axis < 3; ++axis) {
+    const AxisRows& rows = part.rows(axis);
+    axes_[axis].begins.reserve(rows.begins.size());
+    axes_[axis].order.reserve(rows.order.size());
+    axes_[axis].reach.reserve(rows.order.size());
+    axes_[axis].ranks.reserve(rows.ranks.size());
+    axes_[axis].list.reserve(lists[axis]);
+  }
+  common_.reserve(chunk);
+  count_.reserve(1);
+  count_here_.reserve(1);
+}
+
+// The view's list is the whole axis's.
+AxisView DevicePart::sendRows(const AxisRows& rows, Axis& to) {
+  const auto send = [&](const auto& from, auto& place) {
+    if (from.size())
+      CHECK_CUDA(cudaMemcpyAsync(place.data(), from.data(), from.size() * sizeof *from.data(),
+                                 cudaMemcpyHostToDevice, stream_));
+    return place.data();
+  };
+  return {send(rows.order, to.order),
+          send(rows.ranks, to.ranks),
+          send(rows.reach, to.reach),
+          send(rows.begins, to.begins),
+          to.list.data(),
+          0,
+          rows.pairs(),
+          static_cast<std::uint32_t>(rows.order.size()),
+          rows.inverted};
 }
 
 void DevicePart::find(const AxisPart& part, const AxisChoice& axes, Buffer<Pair>& found) {
@@ -134,81 +110,47 @@ void DevicePart::find(const AxisPart& part, const AxisChoice& axes, Buffer<Pair>
   if (part.begin() == part.end()) return;
   reserve(part, axes);
   AxisView views[3];
-  sendRows(part, views);
-  AxisView &first = views[axes.fullest], &second = views[axes.second], &third = views[axes.third];
-  first.first = part.begin();
-  first.last = part.end();
+  for (int axis = 0; axis < 3; ++axis) views[axis] = sendRows(part.rows(axis), axes_[axis]);
+  AxisView& fullest = views[axes.fullest];
+  fullest.first = part.begin();
+  fullest.last = part.end();
   for (const AxisView& view : views) fillList(view, stream_);
   for (std::uint64_t begin = part.begin(); begin < part.end(); begin += axis_chunk_pairs) {
-    device::findCommon({first, second, third},
-                       {begin, std::min(begin + axis_chunk_pairs, part.end())},
-                       {both_.data(), all_.data(), counts_.data()}, {stream_, processors_});
-    CHECK_CUDA(cudaMemcpyAsync(counts_here_.data(), counts_.data(), sizeof(CommonCounts),
+    device::findCommon({fullest, views[axes.second], views[axes.third]},
+                       {begin, std::min(begin + axis_chunk_pairs, part.end())}, common_.data(),
+                       count_.data(), stream_);
+    CHECK_CUDA(cudaMemcpyAsync(count_here_.data(), count_.data(), sizeof(unsigned long long),
                                cudaMemcpyDeviceToHost, stream_));
     CHECK_CUDA(cudaStreamSynchronize(stream_));
-    const std::size_t before = found.size(), count = counts_here_[0].all;
+    const std::size_t before = found.size(), count = count_here_[0];
     found.resize(before + count);
     if (count)
-      CHECK_CUDA(cudaMemcpyAsync(found.data() + before, all_.data(), count * sizeof(Pair),
+      CHECK_CUDA(cudaMemcpyAsync(found.data() + before, common_.data(), count * sizeof(Pair),
                                  cudaMemcpyDeviceToHost, stream_));
     CHECK_CUDA(cudaStreamSynchronize(stream_));
   }
 }
 
-class CudaAxisLists final : public CudaAxisListsFinder {
- public:
-  ~CudaAxisLists() override { releaseDevices(); }
-  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  std::size_t bytes() const override;
-  std::size_t deviceBytes() const override;
-  void useDevices(const std::vector<int>& devices) override;
-  const CudaAxisListsTimes& times() const override { return times_; }
+}  // namespace
 
- private:
-  // What belongs to one device.
-  struct Share {
-    int number = 0;
-    DriverContext driver_context;
-    std::unique_ptr<DevicePart> device;
-    // As in DeviceSweep.
-    bool isGone() {
-      if (device && isLost(driver_context)) (void)device.release();
-      return !device;
-    }
-    AxisPart part;
-    Buffer<Pair> found;
-  };
-  template <class Real>
-  int findIn(EndpointLists<Real>& endpoints, const BoxSet& boxes, int threads, PairList& pairs);
-  int findOnDevices(const AxisRows* const (&rows)[3], int threads);
-  template <class Real>
-  void finish(const BoxSet& boxes, int threads, PairList& pairs);
-  void releaseDevices();
-
-  EndpointLists<float> endpoints_;
-  EndpointLists<double> wide_endpoints_;
-  std::vector<Share> shares_ = std::vector<Share>(1);
-  std::vector<Buffer<Pair>> finished_;  // one a thread
-  Buffer<Pair> scratch_;                // to sort with
-  CudaAxisListsTimes times_;
+struct CudaAxisLists::Share {
+  OnDevice<DevicePart> on;
+  AxisPart part;
+  Buffer<Pair> found;
 };
 
-void CudaAxisLists::releaseDevices() {
-  for (Share& share : shares_) {
-    if (share.isGone()) continue;
-    const ScopedDevice device(share.driver_context, std::nothrow);
-    share.device.reset();
-  }
+CudaAxisLists::CudaAxisLists() {
+  useDevices({0});
 }
+CudaAxisLists::~CudaAxisLists() = default;
 
 void CudaAxisLists::useDevices(const std::vector<int>& devices) {
   const bool same =
       std::equal(devices.begin(), devices.end(), shares_.begin(), shares_.end(),
-                 [](int number, const Share& share) { return number == share.number; });
+                 [](int device, const Share& share) { return device == share.on.device(); });
   if (same) return;
-  releaseDevices();
-  shares_ = std::vector<Share>(devices.size());
-  for (std::size_t i = 0; i < devices.size(); ++i) shares_[i].number = devices[i];
+  shares_.clear();
+  for (const int device : devices) shares_.push_back({OnDevice<DevicePart>(device), {}, {}});
 }
 
 // One thread a device cuts its part out of the scene, and has its device find the pairs. Returns
@@ -223,19 +165,18 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
         noteWork();
         Share& share = shares_[i];
         share.part.cut(rows, axes, i, count);
-        if (share.device && share.isGone()) throw DeviceWasReset();
-        if (!share.device) share.driver_context = driverContextOf(share.number);
-        const ScopedDevice device(share.driver_context);
+        share.on.checkContext();
+        const ScopedDevice device(share.on.driverContext());
         cudaGetLastError();  // not ours
-        if (!share.device) share.device = std::make_unique<DevicePart>(share.number);
-        share.device->find(share.part, axes, share.found);
+        share.on.open();
+        share.on.context()->find(share.part, axes, share.found);
       }
     });
   } catch (const ListsTooLong&) {
     throw;  // before anything was begun on that device, and all others are done
   } catch (...) {
     // Nothing may be left under way, and nothing is known of the state of what is there.
-    releaseDevices();
+    for (Share& share : shares_) share.on.release();
     throw;
   }
   return used;
@@ -247,24 +188,20 @@ void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
   std::size_t count = 0;
   for (const Share& share : shares_) count += share.found.size();
   threads = teamFor(count, finished_pairs, threads);
-  finished_.resize(threads);
-  for (Buffer<Pair>& finished : finished_) finished.resizeDiscarding(0);
+  clearForTeam(finished_, threads);
   for (const Share& share : shares_) {
     const std::size_t size = share.found.size();
-    ChunkQueue queue(size, chunkOf(size, chunk_pairs, threads));
-    runTeam(finishing, threads, [&](int thread, int) {
-      Buffer<Pair>& to = finished_[thread];
-      Range range;
-      while (queue.next(range)) {
-        const std::size_t before = to.size();
-        to.resize(before + (range.end - range.begin));
-        Pair* end = to.data() + before;
-        for (std::size_t i = range.begin; i < range.end; ++i)
-          end = writePair<Real>(boxes, share.part.slotOf(earlierOf(share.found[i])),
-                                share.part.slotOf(laterOf(share.found[i])), end);
-        to.resize(end - to.data());
-      }
-    });
+    runChunks(finishing, threads, size, chunkOf(size, chunk_pairs, threads),
+              [&](const Range& range, int thread) {
+                Buffer<Pair>& to = finished_[thread];
+                const std::size_t before = to.size();
+                to.resize(before + (range.end - range.begin));
+                Pair* end = to.data() + before;
+                for (std::size_t i = range.begin; i < range.end; ++i)
+                  end = writePair<Real>(boxes, share.part.slotOf(earlierOf(share.found[i])),
+                                        share.part.slotOf(laterOf(share.found[i])), end);
+                to.resize(end - to.data());
+              });
   }
   sortPairs(finished_, boxes.size, threads, scratch_, pairs);
 }
@@ -272,15 +209,10 @@ void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
 template <class Real>
 int CudaAxisLists::findIn(EndpointLists<Real>& endpoints, const BoxSet& boxes, int threads,
                           PairList& pairs) {
-  const Clock::time_point begin = Clock::now();
   endpoints.update(boxes, threads);
-  const Clock::time_point sorted = Clock::now();
   const AxisRows* const rows[3] = {&endpoints.axis(0), &endpoints.axis(1), &endpoints.axis(2)};
   const int used = findOnDevices(rows, threads);
-  const Clock::time_point found = Clock::now();
   finish<Real>(boxes, threads, pairs);
-  times_ = {milliseconds(begin, sorted), milliseconds(sorted, found),
-            milliseconds(found, Clock::now())};
   return used;
 }
 
@@ -295,23 +227,9 @@ int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
 }
 
 std::size_t CudaAxisLists::bytes() const {
-  std::size_t bytes = endpoints_.bytes() + wide_endpoints_.bytes() + scratch_.bytes();
-  for (const Share& share : shares_) bytes += share.part.bytes() + share.found.bytes();
-  for (const Buffer<Pair>& finished : finished_) bytes += finished.bytes();
+  std::size_t bytes = bytesOf(endpoints_, wide_endpoints_, finished_, scratch_);
+  for (const Share& share : shares_) bytes += bytesOf(share.part, share.found);
   return bytes;
-}
-
-std::size_t CudaAxisLists::deviceBytes() const {
-  std::size_t bytes = 0;
-  for (const Share& share : shares_)
-    if (share.device) bytes += share.device->deviceBytes();
-  return bytes;
-}
-
-}  // namespace
-
-std::unique_ptr<CudaAxisListsFinder> makeCudaAxisLists() {
-  return std::make_unique<CudaAxisLists>();
 }
 
 }  // namespace ode_parallel_sap

@@ -49,7 +49,7 @@ void widen(BoxSet& boxes) {
 }
 
 bool compareScene(const Scene& scene, const std::vector<int>& devices, std::size_t most,
-                  CudaAxisListsFinder& finder, int threads) {
+                  CudaAxisLists& finder, int threads) {
   Sweep<float> cpu;
   Sweep<double> wide_cpu;
   BoxSet boxes;
@@ -80,14 +80,14 @@ bool checkFaultsAndLimit(const std::vector<int>& devices, int threads) {
   PairList expected, found;
   sceneOf("filtered").fill(5000, 3, boxes);
   Sweep<float>().find(boxes, threads, expected);
-  const std::unique_ptr<CudaAxisListsFinder> finder = makeCudaAxisLists();
-  finder->useDevices(devices);
+  CudaAxisLists finder;
+  finder.useDevices(devices);
   unsigned long long call = 1;
   for (bool failed = true; failed; ++call) {
     failed = false;
     failCudaCall(call);
     try {
-      finder->find(boxes, threads, found);
+      finder.find(boxes, threads, found);
     } catch (const DeviceFailure&) {
       failed = true;
     }
@@ -102,12 +102,12 @@ bool checkFaultsAndLimit(const std::vector<int>& devices, int threads) {
   most_list_bytes = 1 << 20;
   bool refused = false;
   try {
-    finder->find(boxes, threads, found);
+    finder.find(boxes, threads, found);
   } catch (const ListsTooLong& lists) {
     refused = lists.allowed == 1 << 20 && lists.needed > lists.allowed;
   }
   most_list_bytes = 0;
-  finder->find(boxes, threads, found);
+  finder.find(boxes, threads, found);
   good = samePairs("axis lists after their limit", expected, found) && good;
   if (!refused) std::printf("FAILED: the limit of the axis lists%s\n", nameOf(devices).c_str());
   return good && refused && call > 20;
@@ -132,11 +132,11 @@ double medianMs(int repeats, Work work) {
 bool checkAxisLists(std::size_t most, int threads) {
   bool good = true;
   for (const std::vector<int>& devices : deviceSets()) {
-    const std::unique_ptr<CudaAxisListsFinder> finder = makeCudaAxisLists();
-    finder->useDevices(devices);
+    CudaAxisLists finder;
+    finder.useDevices(devices);
     try {
       for (const Scene& scene : scenes())
-        good = compareScene(scene, devices, most, *finder, threads) && good;
+        good = compareScene(scene, devices, most, finder, threads) && good;
       good = checkFaultsAndLimit(devices, threads) && good;
     } catch (const std::exception& failure) {
       std::printf("FAILED axis lists%s: %s\n", nameOf(devices).c_str(), failure.what());
@@ -149,9 +149,8 @@ bool checkAxisLists(std::size_t most, int threads) {
 
 void timeAxisLists(int threads) {
   std::printf(
-      "axis lists of the dense cube, milliseconds host to host with %d threads; end points, "
-      "devices and finish are parts of the whole\n   boxes     pairs devices   whole  ends devices "
-      "finish     MiB |  CPU 1 thread  CPU  | sweep on 1 device\n",
+      "axis lists of the dense cube, milliseconds host to host with %d threads\n"
+      "   boxes     pairs devices   whole |  CPU 1 thread  CPU  | sweep on 1 device\n",
       threads);
   for (const std::size_t size : {260, 1000, 5000, 10000, 20000, 50000, 100000}) {
     const int repeats = size > 20000 ? 5 : 15;
@@ -162,18 +161,16 @@ void timeAxisLists(int threads) {
     cpu.find(boxes, threads, pairs);
     const double cpu_one = medianMs(3, [&] { cpu.find(boxes, 1, pairs); });
     const double cpu_all = medianMs(3, [&] { cpu.find(boxes, threads, pairs); });
-    const std::unique_ptr<CudaPairFinder> sweep = makeCudaSweep();
-    sweep->find(boxes, threads, pairs);
-    const double sweep_ms = medianMs(repeats, [&] { sweep->find(boxes, threads, pairs); });
+    CudaSweep sweep;
+    sweep.find(boxes, threads, pairs);
+    const double sweep_ms = medianMs(repeats, [&] { sweep.find(boxes, threads, pairs); });
     for (int devices = 1; devices <= static_cast<int>(cudaDevices().size()); devices *= 2) {
-      const std::unique_ptr<CudaAxisListsFinder> finder = makeCudaAxisLists();
-      finder->useDevices(firstDevices(devices));
-      finder->find(boxes, threads, pairs);
-      const double ms = medianMs(repeats, [&] { finder->find(boxes, threads, pairs); });
-      const CudaAxisListsTimes& times = finder->times();
-      std::printf("%8zu %9zu %7d %7.3f %5.2f %7.3f %6.3f %7.0f | %9.2f %8.2f | %8.3f\n", size,
-                  pairs.size(), devices, ms, times.endpoints, times.devices, times.finish,
-                  finder->deviceBytes() / 1048576.0, cpu_one, cpu_all, sweep_ms);
+      CudaAxisLists finder;
+      finder.useDevices(firstDevices(devices));
+      finder.find(boxes, threads, pairs);
+      const double ms = medianMs(repeats, [&] { finder.find(boxes, threads, pairs); });
+      std::printf("%8zu %9zu %7d %7.3f | %9.2f %8.2f | %8.3f\n", size, pairs.size(), devices, ms,
+                  cpu_one, cpu_all, sweep_ms);
       std::fflush(stdout);
     }
   }

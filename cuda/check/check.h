@@ -23,8 +23,6 @@ std::vector<int> devicesFor(int count);
 bool compareAll(std::size_t most, int threads, int devices, const std::string& only = "");
 // Every CUDA call of a frame fails once; of one that is measured, too.
 bool checkFaults(int threads, int devices, bool measuring = false);
-// Devices of one generation with other numbers of processors share a scene.
-bool checkSizesOfDevices(int threads);
 // Two finders on two threads; many finders one after the other.
 bool checkSharing(int threads);
 

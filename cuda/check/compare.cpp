@@ -74,7 +74,7 @@ class Comparison {
  public:
   // One finder and one list for all: buffers of all sizes are met again.
   Comparison(int threads, int devices)
-      : finder_(makeCudaSweep(devicesFor(devices))), threads_(threads), devices_(devices) {}
+      : finder_(devicesFor(devices)), threads_(threads), devices_(devices) {}
 
   bool isSame(const std::string& what, const BoxSet& boxes, const PairList& expected) {
     bool same = true;
@@ -94,15 +94,15 @@ class Comparison {
                 const PairList& expected) {
     const std::string how =
         what + ", " + std::to_string(used) + " devices, " + std::to_string(threads) + " threads";
-    finder_->useDevices(used);
-    finder_->find(boxes, threads, found_);
+    finder_.useDevices(used);
+    finder_.find(boxes, threads, found_);
     const bool same = samePairs(how, expected, found_);
-    if (finder_->devicesUsed() == used) return same;
-    std::printf("FAILED %s: %d were used\n", how.c_str(), finder_->devicesUsed());
+    if (finder_.devicesUsed() == used) return same;
+    std::printf("FAILED %s: %d were used\n", how.c_str(), finder_.devicesUsed());
     return false;
   }
 
-  const std::unique_ptr<CudaPairFinder> finder_;
+  CudaSweep finder_;
   const int threads_, devices_;
   PairList found_;
 };

@@ -31,17 +31,16 @@ bool checkFaults(int threads, int devices, bool measuring) {
   // the fewer.
   int met = 0;
   for (bool failed = true; failed; call += devices > 1 ? 1 + call / 12 : 1) {
-    const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(devices));
-    finder->useDevices(devices);
-    finder->measure(measuring);
+    CudaSweep finder(devicesFor(devices));
+    finder.useDevices(devices);
+    finder.measure(measuring);
     std::string reason;
     failCudaCall(call);
     try {
-      finder->find(boxes, threads, found);
-      for (const FailedDevice& failed_device : finder->takeFailures())
-        reason = failed_device.reason;
+      finder.find(boxes, threads, found);
+      for (const FailedDevice& failed_device : finder.takeFailures()) reason = failed_device.reason;
       good = samePairs("a device failed", expected, found) && good;
-      good = good && finder->devicesLost() == !reason.empty();
+      good = good && finder.devicesLost() == !reason.empty();
     } catch (const DeviceFailure& failure) {
       reason = failure.what();
       good = good && devices == 1;
@@ -51,33 +50,13 @@ bool checkFaults(int threads, int devices, bool measuring) {
     if (failed && met++ % 40 == 0) std::printf("call %llu: %s\n", call, reason.c_str());
     std::fflush(stdout);
   }
-  const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(devices));
-  finder->useDevices(devices);
-  finder->find(boxes, threads, found);
+  CudaSweep finder(devicesFor(devices));
+  finder.useDevices(devices);
+  finder.find(boxes, threads, found);
   std::printf("faults on %d devices%s: %d of %llu calls in turn: %s\n", devices,
               measuring ? ", measured" : "", met, call - 1, good ? "good" : "BAD");
   std::fflush(stdout);
   return samePairs("after faults", expected, found) && good && met > 40;
-}
-
-bool checkSizesOfDevices(int threads) {
-  Sweep<float> cpu;
-  BoxSet boxes;
-  PairList expected, found;
-  bool good = true;
-  pretendSmallerDevices(true);
-  const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(2));
-  finder->useDevices(2);
-  for (std::uint64_t seed = 0; seed < 10 && good; ++seed) {
-    sceneOf("sizes").fill(1000000, seed, boxes);
-    cpu.find(boxes, threads, expected);
-    finder->find(boxes, threads, found);
-    good = samePairs("devices of two sizes", expected, found) && finder->devicesUsed() == 2;
-  }
-  pretendSmallerDevices(false);
-  std::printf("devices of two sizes: %s\n", good ? "same" : "DIFFERENT");
-  std::fflush(stdout);
-  return good;
 }
 
 bool checkSharing(int threads) {
@@ -88,11 +67,11 @@ bool checkSharing(int threads) {
       Sweep<float> cpu;
       BoxSet boxes;
       PairList expected, found;
-      const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+      CudaSweep device;
       for (int frame = 0; frame < 20; ++frame) {
         sceneOf(frame % 2 ? "bars" : "cube").fill(5000 + 1000 * frame, frame + 100 * user, boxes);
         cpu.find(boxes, 2, expected);
-        device->find(boxes, 2, found);
+        device.find(boxes, 2, found);
         good[user] = samePairs("two at once", expected, found) && good[user];
       }
     });
@@ -104,7 +83,7 @@ bool checkSharing(int threads) {
   std::size_t before = 0, after = 0, all = 0;
   for (int round = 0; round < 200; ++round) {
     if (round == 5) cudaMemGetInfo(&before, &all);
-    makeCudaSweep()->find(boxes, threads, found);
+    CudaSweep().find(boxes, threads, found);
   }
   cudaMemGetInfo(&after, &all);
   std::printf("sharing: two at once %s; 200 finders: %zu bytes less free\n",
@@ -116,7 +95,7 @@ bool checkLocks(int threads) {
   using Clock = std::chrono::steady_clock;
   Sweep<float> cpu;
   PairList expected;
-  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  CudaSweep device;
   bool good = true;
   double longest = 0;
   const auto frames = [&](BoxSet& boxes, PairList& found, int count, std::uint64_t seed) {
@@ -124,7 +103,7 @@ bool checkLocks(int threads) {
       sceneOf("cube").fill(200000, seed + frame, boxes);
       cpu.find(boxes, threads, expected);
       const Clock::time_point begin = Clock::now();
-      device->find(boxes, frame % 2 ? threads : 1, found);
+      device.find(boxes, frame % 2 ? threads : 1, found);
       const double ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
       if (seed > 1 && ms > longest) longest = ms;
       good = samePairs("locked storage", expected, found) && good;

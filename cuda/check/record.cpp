@@ -27,7 +27,7 @@ class Finders {
  public:
   Finders(int threads, int devices) : threads_(threads) {
     for (int used = 1; used <= devices; used *= 2) {
-      finders_[used] = makeCudaSweep(devicesFor(used));
+      finders_[used] = std::make_unique<CudaSweep>(devicesFor(used));
       finders_[used]->useDevices(used);
     }
   }
@@ -42,7 +42,7 @@ class Finders {
       sweep_.find(boxes, threadsFor(boxes.size), pairs);
     return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   }
-  CudaPairFinder& on(int devices) { return *finders_.at(devices); }
+  CudaSweep& on(int devices) { return *finders_.at(devices); }
   int threads() const { return threads_; }
 
  private:
@@ -54,7 +54,7 @@ class Finders {
   const int threads_;
   BruteForce<float> brute_force_;
   Sweep<float> sweep_;
-  std::map<int, std::unique_ptr<CudaPairFinder>> finders_;
+  std::map<int, std::unique_ptr<CudaSweep>> finders_;
 };
 
 // One line of the file: times of a scene in one way. Kernel times are those of one device.
@@ -165,7 +165,7 @@ std::map<int, std::vector<double>> takeTurns(Frames& frames, const std::vector<i
 std::vector<CudaStageTimes> stagesOf(Frames& frames, Finders& finders, int way) {
   std::vector<CudaStageTimes> stages;
   if (way <= 0) return stages;
-  CudaPairFinder& finder = finders.on(way);
+  CudaSweep& finder = finders.on(way);
   finder.measure(true);
   for (int i = 0; i < 9; ++i) {
     frames.find(way);

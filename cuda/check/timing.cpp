@@ -32,7 +32,7 @@ std::vector<double> timesOf(int repeats, Work work) {
   return times;
 }
 
-void printStages(CudaPairFinder& finder, const BoxSet& boxes, int threads, int repeats) {
+void printStages(CudaSweep& finder, const BoxSet& boxes, int threads, int repeats) {
   PairList pairs;
   finder.measure(true);
   std::vector<double> stages[11];
@@ -53,10 +53,10 @@ void timeScene(const Scene& scene, std::size_t size, int threads) {
   BoxSet boxes;
   PairList pairs, expected;
   scene.fill(size, 11, boxes);
-  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  CudaSweep device;
   Sweep<float> cpu;
-  for (int i = 0; i < warm_up; ++i) device->find(boxes, threads, pairs);
-  const std::vector<double> times = timesOf(repeats, [&] { device->find(boxes, threads, pairs); });
+  for (int i = 0; i < warm_up; ++i) device.find(boxes, threads, pairs);
+  const std::vector<double> times = timesOf(repeats, [&] { device.find(boxes, threads, pairs); });
 
   cpu.find(boxes, threads, expected);
   const double cpu_ms =
@@ -66,21 +66,21 @@ void timeScene(const Scene& scene, std::size_t size, int threads) {
   std::printf("%-9s %8zu %9zu%s %7.3f %7.3f %6.3f | ", scene.name.c_str(), size, pairs.size(),
               pairs.size() == expected.size() ? " " : "!", median, best,
               1e6 * median / static_cast<double>(std::max<std::size_t>(1, pairs.size())));
-  printStages(*device, boxes, threads, repeats);
-  std::printf("| %8.2f %5.1f %6.0f\n", cpu_ms, cpu_ms / median, device->deviceBytes() / 1048576.0);
+  printStages(device, boxes, threads, repeats);
+  std::printf("| %8.2f %5.1f %6.0f\n", cpu_ms, cpu_ms / median, device.deviceBytes() / 1048576.0);
   std::fflush(stdout);
 }
 
 void timeDevice(const BoxSet& boxes, int threads, int devices, const Scene& scene) {
   const int repeats = boxes.size > 2000000 ? 11 : 31;
-  const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(devices));
-  finder->useDevices(devices);
+  CudaSweep finder(devicesFor(devices));
+  finder.useDevices(devices);
   PairList pairs;
-  for (int i = 0; i < 6; ++i) finder->find(boxes, threads, pairs);
-  const std::vector<double> times = timesOf(repeats, [&] { finder->find(boxes, threads, pairs); });
+  for (int i = 0; i < 6; ++i) finder.find(boxes, threads, pairs);
+  const std::vector<double> times = timesOf(repeats, [&] { finder.find(boxes, threads, pairs); });
   std::printf("%-9s %9zu %d %10zu %8.3f %8.3f | ", scene.name.c_str(), boxes.size, devices,
               pairs.size(), medianOf(times), *std::min_element(times.begin(), times.end()));
-  printStages(*finder, boxes, threads, repeats);
+  printStages(finder, boxes, threads, repeats);
   std::printf("\n");
   std::fflush(stdout);
 }
@@ -104,11 +104,11 @@ void profile(const std::string& scene, std::size_t size, int threads) {
   BoxSet boxes;
   PairList pairs;
   sceneOf(scene).fill(size, 11, boxes);
-  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  CudaSweep device;
   Motion motion(boxes);
   for (int frame = 0; frame < 8; ++frame) {
     motion.advance();
-    device->find(boxes, threads, pairs);
+    device.find(boxes, threads, pairs);
   }
 }
 

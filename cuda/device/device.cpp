@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "cuda/device/devices.h"
 #include "cuda/device/fault_injection.h"
 
 namespace ode_parallel_sap {
@@ -17,57 +16,21 @@ namespace {
 // fixed: the oldest architecture that this build has code for, as major * 10 + minor.
 constexpr int least_capability = 75;
 
-std::atomic<unsigned long long> calls_until_failure{0}, allocations_until_failure{0};
-std::atomic<PretendedMachine> pretended{PretendedMachine::Real};
-std::atomic<bool> smaller_devices{false};
+std::atomic<unsigned long long> calls_until_failure{0};
 std::atomic<std::chrono::milliseconds> first_retry{std::chrono::seconds(4)};
-
-bool isLast(std::atomic<unsigned long long>& left) {
-  if (left.load(std::memory_order_relaxed) == 0) return false;
-  return left.fetch_sub(1, std::memory_order_relaxed) == 1;
-}
-
-// Both return what the driver says, or what a test wants it to say.
-cudaError_t countDevices(int* count) {
-  switch (pretended.load()) {
-    case PretendedMachine::NoDriver:
-      return cudaErrorInsufficientDriver;
-    case PretendedMachine::NoDevice:
-      return cudaErrorNoDevice;
-    case PretendedMachine::TooOld:
-      *count = 1;
-      return cudaSuccess;
-    default:
-      return cudaGetDeviceCount(count);
-  }
-}
-cudaError_t attributeOf(int device, cudaDeviceAttr attribute, int* value) {
-  if (pretended.load() != PretendedMachine::TooOld)
-    return cudaDeviceGetAttribute(value, attribute, device);
-  *value = attribute == cudaDevAttrComputeCapabilityMajor ? 5 : 2;
-  return cudaSuccess;
-}
 
 }  // namespace
 
 bool cudaCallIsToFail() {
-  return isLast(calls_until_failure);
+  if (calls_until_failure.load(std::memory_order_relaxed) == 0) return false;
+  return calls_until_failure.fetch_sub(1, std::memory_order_relaxed) == 1;
 }
 
 void failCudaCall(unsigned long long call) {
   calls_until_failure = call;
 }
-void failCudaAllocation(unsigned long long allocation) {
-  allocations_until_failure = allocation;
-}
-void pretendMachine(PretendedMachine machine) {
-  pretended = machine;
-}
 void setMemoryRetry(std::chrono::milliseconds first) {
   first_retry = first;
-}
-void pretendSmallerDevices(bool smaller) {
-  smaller_devices = smaller;
 }
 
 void MemoryRetry::failed() {
@@ -82,11 +45,10 @@ bool MemoryRetry::isDue() const {
   return next_ != 0 && std::chrono::steady_clock::now().time_since_epoch().count() >= next_;
 }
 
-int processorsOf(int device) {
-  static std::atomic<unsigned> asked{0};
-  int processors = 0;
-  CHECK_CUDA(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
-  return smaller_devices && ++asked % 2 ? processors / 2 : processors;
+int attributeOf(int device, cudaDeviceAttr attribute) {
+  int value = 0;
+  CHECK_CUDA(cudaDeviceGetAttribute(&value, attribute, device));
+  return value;
 }
 
 void checkCuda(cudaError_t status, const char* call) {
@@ -200,27 +162,15 @@ ScopedDevice::~ScopedDevice() {
   if (changed_) driver().contextPop(&popped);
 }
 
-namespace {
-
-// What a test wants an allocation to meet.
-cudaError_t allocationFault() {
-  if (cudaCallIsToFail()) return cudaErrorLaunchFailure;
-  return isLast(allocations_until_failure) ? cudaErrorMemoryAllocation : cudaSuccess;
-}
-
-}  // namespace
-
 void* DeviceMemory::allocate(std::size_t bytes) {
   void* memory = nullptr;
-  checkCuda(allocationFault(), "cudaMalloc");
-  checkCuda(cudaMalloc(&memory, bytes), "cudaMalloc");
+  CHECK_CUDA(cudaMalloc(&memory, bytes));
   return memory;
 }
 
 void* PinnedMemory::allocate(std::size_t bytes) {
   void* memory = nullptr;
-  checkCuda(allocationFault(), "cudaHostAlloc");
-  checkCuda(cudaHostAlloc(&memory, bytes, cudaHostAllocPortable), "cudaHostAlloc");
+  CHECK_CUDA(cudaHostAlloc(&memory, bytes, cudaHostAllocPortable));
   return memory;
 }
 
@@ -229,13 +179,10 @@ std::vector<int> cudaDevices(std::string* why) {
   std::string reason = "no CUDA device";
   try {
     int count = 0;
-    checkCuda(countDevices(&count), "cudaGetDeviceCount");
+    CHECK_CUDA(cudaGetDeviceCount(&count));
     for (int device = 0; device < count; ++device) {
-      int major = 0, minor = 0;
-      checkCuda(attributeOf(device, cudaDevAttrComputeCapabilityMajor, &major),
-                "cudaDeviceGetAttribute");
-      checkCuda(attributeOf(device, cudaDevAttrComputeCapabilityMinor, &minor),
-                "cudaDeviceGetAttribute");
+      const int major = attributeOf(device, cudaDevAttrComputeCapabilityMajor);
+      const int minor = attributeOf(device, cudaDevAttrComputeCapabilityMinor);
       if (major * 10 + minor >= least_capability)
         usable.push_back(device);
       else

@@ -4,8 +4,10 @@
 #include <cuda_runtime_api.h>
 
 #include <cstddef>
+#include <memory>
 #include <new>
 
+#include "cuda/device/devices.h"
 #include "cuda/device/memory_block.h"
 
 struct CUctx_st;
@@ -22,8 +24,7 @@ bool cudaCallIsToFail();
   ::ode_parallel_sap::checkCuda( \
       ::ode_parallel_sap::cudaCallIsToFail() ? cudaErrorLaunchFailure : (call), #call)
 
-// How many there are on the device.
-int processorsOf(int device);
+int attributeOf(int device, cudaDeviceAttr attribute);
 
 // What the driver keeps for the program on a device, whichever of its libraries has it made.
 struct DriverContext {
@@ -53,6 +54,49 @@ class ScopedDevice {
 
  private:
   bool changed_ = false;
+};
+
+// What is kept on a device from frame to frame: made when it is first needed there.
+template <class Context>
+class OnDevice {
+ public:
+  explicit OnDevice(int device) : device_(device) {}
+  OnDevice(OnDevice&&) = default;
+  ~OnDevice() { release(); }
+
+  int device() const { return device_; }
+  // To be made current for all that uses what is there.
+  const DriverContext& driverContext() {
+    if (!context_) driver_context_ = driverContextOf(device_);
+    return driver_context_;
+  }
+  // To be called before a frame: throws DeviceWasReset where that is so.
+  void checkContext() {
+    if (context_ && isGone()) throw DeviceWasReset();
+  }
+  void open() {
+    if (!context_) context_ = std::make_unique<Context>(device_);
+  }
+  // Null before open() and after release().
+  Context* context() { return context_.get(); }
+  const Context* context() const { return context_.get(); }
+  // Gives it back. Nothing is under way any more then.
+  void release() {
+    if (isGone()) return;
+    const ScopedDevice device(driver_context_, std::nothrow);
+    context_.reset();
+  }
+
+ protected:
+  // What was on a device that the program has reset is not given back: its handles lead nowhere.
+  bool isGone() {
+    if (context_ && isLost(driver_context_)) (void)context_.release();
+    return !context_;
+  }
+
+  int device_;
+  DriverContext driver_context_;
+  std::unique_ptr<Context> context_;
 };
 
 struct DeviceMemory {

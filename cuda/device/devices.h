@@ -1,4 +1,4 @@
-// Which devices there are, and how one fails. No CUDA type in here.
+// Which devices there are, how one fails and how long it takes. No CUDA type in here.
 #pragma once
 
 #include <atomic>
@@ -43,6 +43,25 @@ class MemoryRetry {
 
  private:
   std::atomic<std::chrono::steady_clock::rep> next_{0}, interval_{0};  // 0: none
+};
+
+// How long the stages of the last find() took on the device, in milliseconds; filled only while
+// measuring. The stages follow each other without a gap, except that boxes arrive during `upload`
+// and pairs leave during `lists`.
+struct CudaStageTimes {
+  float upload = 0;      // first box sent until the last one is on the device
+  float classify = 0;    // classes of sizes, keys
+  float sort = 0;        // boxes along the curve
+  float cells = 0;       // cells cut, packed and put into a tree
+  float search = 0;      // pairs found
+  float scan = 0;        // places of the lists
+  float scatter = 0;     // pairs put into their lists
+  float lists = 0;       // lists sorted
+  float host_wait = 0;   // on the host: from the last box sent to the number of pairs known
+  float host_pairs = 0;  // on the host: from there to the last pair written
+  // Of several devices those of the first; `scan` and `scatter` include what they tell each other.
+  // All stages from the last box's arrival to the last list sorted.
+  float device() const { return classify + sort + cells + search + scan + scatter + lists; }
 };
 
 // The devices that this build has code for, as the driver counts them. Loads the driver but creates

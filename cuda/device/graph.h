@@ -3,6 +3,7 @@
 
 #include <cuda_runtime_api.h>
 
+#include <array>
 #include <cstddef>
 
 #include "cuda/device/device.h"
@@ -20,15 +21,7 @@ class CachedGraph {
 
   // What makes two frames' work the same: sizes, and that no buffer was moved in between, which
   // shows in their bytes.
-  struct Key {
-    std::size_t boxes, device_bytes, row_length, part, parts;
-    bool exact;
-    bool operator==(const Key& other) const {
-      return boxes == other.boxes && device_bytes == other.device_bytes &&
-             row_length == other.row_length && part == other.part && parts == other.parts &&
-             exact == other.exact;
-    }
-  };
+  using Key = std::array<std::size_t, 6>;
 
   // Has work() done on `stream`, to which it must keep. work() may be called while the stream is
   // recorded, so it must neither wait nor allocate; but the first time of a key it may allocate.

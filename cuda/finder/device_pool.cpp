@@ -40,10 +40,8 @@ BoxSet smallScene() {
 
 // Its compute capability.
 std::pair<int, int> generationOf(int device) {
-  std::pair<int, int> generation;
-  CHECK_CUDA(cudaDeviceGetAttribute(&generation.first, cudaDevAttrComputeCapabilityMajor, device));
-  CHECK_CUDA(cudaDeviceGetAttribute(&generation.second, cudaDevAttrComputeCapabilityMinor, device));
-  return generation;
+  return {attributeOf(device, cudaDevAttrComputeCapabilityMajor),
+          attributeOf(device, cudaDevAttrComputeCapabilityMinor)};
 }
 
 }  // namespace
@@ -95,7 +93,7 @@ int DevicePool::device(std::size_t i) {
 // So that the driver has loaded what it takes.
 void DevicePool::findSmallScene(int device) {
   PairList pairs;
-  makeCudaSweep({device})->find(smallScene(), 1, pairs);
+  CudaSweep({device}).find(smallScene(), 1, pairs);
 }
 
 void DevicePool::wereReset() {

@@ -26,10 +26,6 @@ __global__ void __launch_bounds__(block_threads)
   flags[i] = cut.begins;
 }
 
-struct Levels {
-  Records at[most_levels];
-};
-
 // One block a node of level 1, one warp a cell, one lane a box. Places are below plan->active, as
 // starts are ascending and the last cell ends there; slots are below the number of boxes.
 __global__ void __launch_bounds__(pack_threads)
@@ -135,9 +131,7 @@ template void cutCells(const std::uint64_t*, std::size_t, ScenePlan*, std::uint8
 
 void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const ScenePlan* plan,
                const CellStore& to, const KernelQueue& queue) {
-  Levels levels;
-  for (int level = 0; level < most_levels; ++level)
-    levels.at[level] = recordsIn(to.tree, to.layout.records, to.layout.begin[level]);
+  const Levels levels(to);
   // About what cells of half their size make; the blocks take further nodes in strides.
   launch("pack cells", packKernel, blocksFor(boxes.count, fan_out * cell_size / 2, queue),
          pack_threads, queue.stream, boxes, starts, plan, recordsIn(to.sorted, boxes.count),

@@ -6,8 +6,6 @@
 namespace ode_parallel_sap {
 namespace device {
 
-using namespace size_rules;
-
 namespace {
 
 constexpr int choose_threads = octaves;

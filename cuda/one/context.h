@@ -33,7 +33,7 @@ enum DeviceStage {
 // Everything that lives on the device. The streams come last, so that they are the first to go:
 // they wait for what is under way, and nothing is freed while it is in use.
 struct Context {
-  explicit Context(int device) : processors(processorsOf(device)) {
+  explicit Context(int device) : processors(attributeOf(device, cudaDevAttrMultiProcessorCount)) {
     for (int i = 0; i < stages; ++i) stage_events.push_back(std::make_unique<Event>(Event::Time));
   }
 
@@ -71,15 +71,11 @@ struct Context {
   CachedGraph graph;
   Stream compute, up, down;
 
-  std::size_t hostBytes() const { return host_counters.bytes() + borderline.bytes(); }
+  std::size_t hostBytes() const { return bytesOf(host_counters, borderline); }
   std::size_t deviceBytes() const {
-    return boxes.bytes() + bits.bytes() + bodies.bytes() + all_counts.bytes() +
-           copied_counts.bytes() + copied_rows.bytes() + copied_pairs.bytes() + plan.bytes() +
-           keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
-           starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
-           sorted.bytes() + tree.bytes() + counts.bytes() + begins.bytes() + long_store.bytes() +
-           long_slots.bytes() + rows.bytes() + found.bytes() + lists.bytes() + pairs.bytes() +
-           scratch.bytes();
+    return bytesOf(boxes, bits, bodies, plan, keys, slots, starts, long_keys, flags, sorted, tree,
+                   counts, begins, long_slots, long_store, rows, found, lists, pairs, all_counts,
+                   copied_counts, copied_rows, copied_pairs, scratch);
   }
   ScratchQueue queue() { return {{compute, processors}, scratch}; }
   // Places for pairs beyond the rows.

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 
-#include "cuda/device/devices.h"
 #include "cuda/one/classify.h"
 #include "cuda/one/clusters.h"
-#include "cuda/one/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -35,37 +33,12 @@ std::size_t segmentsFor(std::size_t pairs) {
 
 }  // namespace
 
-const DriverContext& DeviceSweep::driverContext() {
-  if (!context_) driver_context_ = driverContextOf(device_);
-  return driver_context_;
-}
-
-// What was on a device that the program has reset is not given back: its handles lead nowhere.
-bool DeviceSweep::isGone() {
-  if (context_ && isLost(driver_context_)) (void)context_.release();
-  return !context_;
-}
-
-void DeviceSweep::checkContext() {
-  if (context_ && isGone()) throw DeviceWasReset();
-}
-
-void DeviceSweep::release() {
-  if (isGone()) return;
-  const ScopedDevice device(driver_context_, std::nothrow);
-  context_.reset();
-}
-
 void DeviceSweep::wait() {
   if (isGone()) return;
   const ScopedDevice device(driver_context_, std::nothrow);
   for (const cudaStream_t stream :
        {cudaStream_t(context_->up), cudaStream_t(context_->compute), cudaStream_t(context_->down)})
     cudaStreamSynchronize(stream);
-}
-
-void DeviceSweep::open() {
-  if (!context_) context_ = std::make_unique<Context>(device_);
 }
 
 std::uint32_t DeviceSweep::wantedRow() const {
@@ -387,7 +360,17 @@ void DeviceSweep::finishPairs(PairList& to, std::size_t part) {
 }
 
 void DeviceSweep::mark(DeviceStage stage) {
-  if (measuring) CHECK_CUDA(cudaEventRecord(*context_->stage_events[stage], context_->compute));
+  if (times) CHECK_CUDA(cudaEventRecord(*context_->stage_events[stage], context_->compute));
+}
+
+void DeviceSweep::readTimes() {
+  if (!times) return;
+  const std::vector<std::unique_ptr<Event>>& events = context_->stage_events;
+  CHECK_CUDA(cudaEventSynchronize(*events[Listed]));
+  float* const stage_ms[] = {&times->upload, &times->classify, &times->sort,    &times->cells,
+                             &times->search, &times->scan,     &times->scatter, &times->lists};
+  for (int stage = Start; stage < Listed; ++stage)
+    CHECK_CUDA(cudaEventElapsedTime(stage_ms[stage], *events[stage], *events[stage + 1]));
 }
 
 }  // namespace ode_parallel_sap

@@ -4,11 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 
 #include "cuda/one/cells.h"
 #include "cuda/one/context.h"
-#include "cuda/one/own_lists.h"
 #include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
@@ -16,7 +14,7 @@ namespace ode_parallel_sap {
 // Calls come in the order open, openPairs, begin, arrived..., order and search or orderAndSearch,
 // isDone until it is true, then sendPairs and finishPairs; or release at any time. The device is
 // current for the calling thread. All but wait and release throw DeviceFailure.
-class DeviceSweep {
+class DeviceSweep : public OnDevice<Context> {
  public:
   // What is in a frame. Box i is that of slot i.
   struct Frame {
@@ -27,23 +25,10 @@ class DeviceSweep {
     bool isShared() const { return part.count > 1; }
   };
 
-  explicit DeviceSweep(int device) : device_(device) {}
-  ~DeviceSweep() { release(); }
-  DeviceSweep(const DeviceSweep&) = delete;
-  DeviceSweep& operator=(const DeviceSweep&) = delete;
-
-  int device() const { return device_; }
-  // To be made current for all calls but wait() and release().
-  const DriverContext& driverContext();
-  // To be called before a frame: throws DeviceWasReset where that is so.
-  void checkContext();
-  // Null before open() and after release().
-  Context* context() { return context_.get(); }
-  const Context* context() const { return context_.get(); }
+  using OnDevice::OnDevice;
 
   std::size_t slots() const { return frame_.boxes; }
 
-  void open();
   // How long rows should be, by what learn() was told last.
   std::uint32_t wantedRow() const;
   // Room for the boxes to come.
@@ -99,14 +84,13 @@ class DeviceSweep {
   void sendPairs(PairList& pairs, std::size_t part);
   void finishPairs(PairList& pairs, std::size_t part);
 
-  // Marks the end of a stage, while measuring.
+  // Marks the end of a stage, while measuring; and how long all of them took.
   void mark(DeviceStage stage);
-  bool measuring = false;
+  void readTimes();
+  CudaStageTimes* times = nullptr;  // null: not measured
 
   // Waits for all that is under way, whatever becomes of it.
   void wait();
-  // Gives back all that is on the device. Nothing is under way any more then.
-  void release();
 
  private:
   // fixed: guesses, before anything is known of the scene; there are never fewer places.
@@ -129,11 +113,6 @@ class DeviceSweep {
   device::OpenLists openLists();
   device::Rows rows() { return {context_->rows.data(), row_length_}; }
 
-  const int device_;
-  bool isGone();
-
-  DriverContext driver_context_;
-  std::unique_ptr<Context> context_;
   Frame frame_;
   // From the last search, with a quarter more: pairs, and places taken by those beyond the rows.
   // And how many pairs a slot has, of all parts together.

@@ -93,7 +93,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool isActive(const Record& box) {
 
 // The bin of its sizes.
 ODE_PARALLEL_SAP_BOTH_SIDES inline int binOf(const Record& box) {
-  return size_rules::binOf(box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z);
+  return binOf(box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z);
 }
 
 }  // namespace device

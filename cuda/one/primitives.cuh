@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "cuda/device/launch.cuh"
+#include "cuda/one/cells.h"
 #include "cuda/one/elements.h"
 #include "cuda/one/scene_plan.h"
 
@@ -29,6 +30,14 @@ inline Records recordsIn(void* memory, std::size_t count, std::size_t begin = 0)
   float4* const low = static_cast<float4*>(memory);
   return {low + begin, low + count + begin};
 }
+struct Levels {
+  Records at[most_levels];
+
+  explicit Levels(const CellStore& cells) {
+    for (int level = 0; level < most_levels; ++level)
+      at[level] = recordsIn(cells.tree, cells.layout.records, cells.layout.begin[level]);
+  }
+};
 
 // Calls one of CUB's functions as work(scratch, bytes): first for the bytes that it needs.
 template <class Work>

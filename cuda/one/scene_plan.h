@@ -6,13 +6,9 @@
 
 #include "cuda/device/tuning.h"
 #include "cuda/one/size_rules.h"
-#include "cuda/one/tuning.h"
 
 namespace ode_parallel_sap {
 namespace device {
-
-using size_rules::bins;
-using size_rules::most_classes;
 
 // A key is the class, then the place on the class's curve, in the top digits of 32.
 // fixed: they hold most_classes.

@@ -6,7 +6,7 @@
 #include "space/base/both_sides.h"
 
 namespace ode_parallel_sap {
-namespace size_rules {
+namespace device {
 
 constexpr int most_classes = 24;  // fixed: a key holds their number in five digits
 constexpr int octaves = 256;      // fixed: exponents of a float
@@ -106,5 +106,5 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int splitWindow(const std::uint32_t* counts, 
   return classes;
 }
 
-}  // namespace size_rules
+}  // namespace device
 }  // namespace ode_parallel_sap

@@ -1,6 +1,7 @@
 #include "cuda/several/device_group.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "space/base/parallel.h"
 
@@ -192,7 +193,7 @@ void DeviceGroup::bringFilters(const BoxSet& boxes) {
 }
 
 void DeviceGroup::search(const BoxSet& boxes) {
-  if (!boxes.filter_bits && !boxes.filter_bodies && !members_[0]->measuring) {
+  if (!boxes.filter_bits && !boxes.filter_bodies && !members_[0]->times) {
     each([](DeviceSweep& member, std::size_t) { member.orderAndSearch(); });
     return;
   }
@@ -292,6 +293,8 @@ void DeviceGroup::giveUp() {
 }
 
 void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
+  using Clock = std::chrono::steady_clock;
+  using Milliseconds = std::chrono::duration<float, std::milli>;
   const auto count = static_cast<std::uint32_t>(members_.size());
   try {
     for (DeviceSweep* member : members_) member->checkContext();
@@ -312,14 +315,18 @@ void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
     });
     if (isShared()) link();
     bringBoxes(boxes);
-    times_.sent = Clock::now();
+    const Clock::time_point sent = Clock::now();
     each([](DeviceSweep& member, std::size_t) { member.mark(Uploaded); });
     search(boxes);
     complete();
-    times_.known = Clock::now();
+    const Clock::time_point known = Clock::now();
     if (isShared()) sharePairs();
     fetch(pairs);
-    times_.done = Clock::now();
+    if (CudaStageTimes* const times = members_[0]->times) {
+      times->host_wait = Milliseconds(known - sent).count();
+      times->host_pairs = Milliseconds(Clock::now() - known).count();
+      each([](DeviceSweep& member, std::size_t) { member.readTimes(); });
+    }
   } catch (...) {
     giveUp();
     throw;

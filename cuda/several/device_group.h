@@ -1,7 +1,6 @@
 // A frame on one device or on several.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <vector>
 
@@ -27,27 +26,6 @@ class DeviceGroup {
   // std::bad_alloc; nothing is under way then, and the members have given back all they had.
   void find(const BoxSet& boxes, PairList& pairs);
   std::size_t failed() const { return current_; }
-  // Calls work(context) of the first member, its device being current. Throws as find() does.
-  template <class Work>
-  void onFirst(Work work) {
-    try {
-      current_ = 0;
-      const ScopedDevice device(members_[0]->driverContext());
-      work(*members_[0]->context());
-    } catch (...) {
-      giveUp();
-      throw;
-    }
-  }
-
-  // Of the last find().
-  using Clock = std::chrono::steady_clock;
-  struct Times {
-    Clock::time_point sent;   // all boxes have been asked for
-    Clock::time_point known;  // the number of pairs is known
-    Clock::time_point done;
-  };
-  const Times& times() const { return times_; }
 
  private:
   bool isShared() const { return members_.size() > 1; }
@@ -76,7 +54,6 @@ class DeviceGroup {
 
   const std::vector<DeviceSweep*> members_;
   std::size_t current_ = 0;
-  Times times_;
 };
 
 }  // namespace ode_parallel_sap

@@ -64,7 +64,7 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   if (!tree || !tree->bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
   const int used = changed_pairs_.find(
       boxes, facts.disabled == 0, changed, changed_, threads,
-      [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, slot, boxes, hits); });
+      [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, geoms[slot], hits); });
   stats.find_threads = std::max(stats.find_threads, used);
   PairList& found = changed_pairs_.found();
   stats.candidates = found.size();

@@ -4,18 +4,11 @@
 #include <new>
 
 #include "space/base/platform.h"
-#include "space/geoms/ode_private.h"
+#include "space/geoms/geom_tests.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// OPCODE's meshes are only read by a collision. Those of GIMPACT carry work data that it locks and
-// updates.
-bool meshesAreRead() {
-  static const bool are = dCheckConfiguration("ODE_EXT_gimpact") == 0;
-  return are;
-}
 
 // The colliders of meshes share one cache, unless each thread has its own.
 bool meshesShareACache() {

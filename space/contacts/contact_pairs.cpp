@@ -114,16 +114,14 @@ dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geo
 void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
                Buffer<dParallelSAPPair>& all) {
   all.resizeDiscarding(pairs.size());
-  std::size_t at = 0;
-  for (const Buffer<Pair>& part : pairs.parts) {
-    dParallelSAPPair* const list = all.data() + at;
-    at += part.size();
-    const int team = teamFor(part.size(), grains::listed_pairs, threads);
-    runTeam(listing, team, [&](int thread, int threads_of_team) {
-      const Range range = ownPart(part.size(), thread, threads_of_team);
-      resolve(part.data() + range.begin, part.data() + range.end, geoms, list + range.begin);
+  const int most = teamFor(pairs.size(), grains::listed_pairs, threads);
+  runTeam(listing, most, [&](int thread, int team) {
+    const Range own = ownPart(pairs.size(), thread, team);
+    dParallelSAPPair* to = all.data() + own.begin;
+    PairCursor(pairs).read(own.begin, own.end, [&](const Pair* begin, const Pair* end) {
+      to = resolve(begin, end, geoms, to);
     });
-  }
+  });
 }
 
 }  // namespace ode_parallel_sap

@@ -67,13 +67,6 @@ bool mayLeaveOut(int flags) {
          !(flags & (static_cast<int>(CONTACTS_UNIMPORTANT) | dParallelSAPOnCallingThread));
 }
 
-// The first ones: few pairs have many more, and the processor prefetches what lies behind
-// them itself.
-void prefetchContacts(const dContactGeom* contacts) {
-  constexpr std::size_t first = 3;  // fixed: pairs that touch have two on average
-  prefetchObject(contacts, first * sizeof *contacts);
-}
-
 }  // namespace
 
 void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) {
@@ -194,14 +187,16 @@ void NarrowPhase::collide(const Job& job, const Waiting& waiting, int thread, Th
   found.count = appendContacts(job.pairs[waiting.pair], waiting.flags, job.request, contacts, own);
 }
 
-// Contacts that other threads wrote are in their caches.
+// Contacts that other threads wrote are in their caches. The first ones are asked for: few pairs
+// have many more, and the processor prefetches what lies behind them itself.
 void NarrowPhase::report(ContactPairs& all, const ContactRequest& request) const {
   constexpr std::size_t ahead = 8 * pairs_ahead;
+  constexpr std::size_t first = 3;  // fixed: pairs that touch have two on average
   const Reports::Open open(all.scene().reports);
   const Buffer<dParallelSAPPair>& pairs = all.list();
   for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
     if (pair + ahead < pairs.size() && found_[pair + ahead].count)
-      prefetchContacts(contactsOf(pair + ahead).data);
+      prefetchObject(contactsOf(pair + ahead).data, first * sizeof(dContactGeom));
     if (found_[pair].count && all.stays(pair))
       request.report(pairs[pair], contactsOf(pair).data, found_[pair].count);
   }

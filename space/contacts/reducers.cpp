@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace ode_parallel_sap {
 
@@ -11,22 +12,27 @@ namespace {
 // fixed: hulls of more corners than this do not grow any more. Four hold a face of a box.
 constexpr int most_corners = 64;
 
-bool isDeeper(const dContactGeom& a, const dContactGeom& b) {
-  return a.depth > b.depth || (a.depth == a.depth && b.depth != b.depth);
+// By what a contact is chosen: its rank, what it adds, its depth, of which NaN is the least. Less
+// is better.
+using Order = std::tuple<int, double, bool, double>;
+Order orderOf(int rank, double gain, dReal depth = 0) {
+  const bool is_nan = depth != depth;
+  return {rank, -gain, is_nan, is_nan ? 0 : -depth};
 }
 
-// Of [begin, end), which is not empty: the first for which no other is better.
-template <class IsBetter>
-int bestOf(int begin, int end, IsBetter is_better) {
-  int best = begin;
-  for (int i = begin + 1; i < end; ++i)
-    if (is_better(i, best)) best = i;
-  return best;
-}
-
-// Puts contact `chosen` at `place`, before those that it overtakes.
-void choose(dContactGeom* contacts, int place, int chosen) {
-  std::rotate(contacts + place, contacts + chosen, contacts + chosen + 1);
+// Puts the best of the contacts [place, count), the first of equals, at `place`, before those that
+// it overtakes.
+template <class OrderOf>
+void chooseBest(dContactGeom* contacts, int place, int count, OrderOf order_of) {
+  int best = place;
+  Order best_order = order_of(contacts[place]);
+  for (int i = place + 1; i < count; ++i) {
+    const Order order = order_of(contacts[i]);
+    if (!(order < best_order)) continue;
+    best = i;
+    best_order = order;
+  }
+  std::rotate(contacts + place, contacts + best, contacts + best + 1);
 }
 
 // ODE's colliders give contacts that lie beside their geoms, and normals of 0. What is certain by a
@@ -185,10 +191,9 @@ double squareDistance(const dContactGeom& a, const dContactGeom& b) {
 }
 
 void chooseDeepest(dContactGeom* contacts, int place, int count, Ranks& ranks) {
-  choose(contacts, place, bestOf(place, count, [&](int i, int j) {
-           const int rank = ranks.of(contacts[i]), other = ranks.of(contacts[j]);
-           return rank != other ? rank < other : isDeeper(contacts[i], contacts[j]);
-         }));
+  chooseBest(contacts, place, count, [&](const dContactGeom& contact) {
+    return orderOf(ranks.of(contact), 0, contact.depth);
+  });
 }
 
 }  // namespace
@@ -206,30 +211,18 @@ int keepSpread(dContactGeom* contacts, int count, int most) {
   if (kept < 1) return 0;
   chooseDeepest(contacts, 0, count, ranks);
   if (kept == 1) return 1;
-  choose(contacts, 1, bestOf(1, count, [&](int i, int j) {
-           const int rank = ranks.of(contacts[i]), other = ranks.of(contacts[j]);
-           if (rank != other) return rank < other;
-           return squareDistance(contacts[i], contacts[0]) >
-                  squareDistance(contacts[j], contacts[0]);
-         }));
+  chooseBest(contacts, 1, count, [&](const dContactGeom& contact) {
+    return orderOf(ranks.of(contact), squareDistance(contact, contacts[0]));
+  });
   const View view(contacts[0].normal, contacts[0].pos);
   Hull hull;
   hull.add(view.of(contacts[0]));
   hull.add(view.of(contacts[1]));
   for (int place = 2; place < kept; ++place) {
-    int chosen = place, best_rank = ranks.of(contacts[place]);
-    double best_gain = hull.gainOf(view.of(contacts[place]));
-    for (int i = place + 1; i < count; ++i) {
-      const int rank = ranks.of(contacts[i]);
-      const double gain = hull.gainOf(view.of(contacts[i]));
-      const bool is_better = gain > best_gain || (gain == best_gain && gain == 0 &&
-                                                  isDeeper(contacts[i], contacts[chosen]));
-      if (rank > best_rank || (rank == best_rank && !is_better)) continue;
-      chosen = i;
-      best_rank = rank;
-      best_gain = gain;
-    }
-    choose(contacts, place, chosen);
+    chooseBest(contacts, place, count, [&](const dContactGeom& contact) {
+      const double gain = hull.gainOf(view.of(contact));
+      return orderOf(ranks.of(contact), gain, gain > 0 ? 0 : contact.depth);
+    });
     hull.add(view.of(contacts[place]));
   }
   return kept;

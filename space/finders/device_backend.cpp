@@ -7,6 +7,7 @@
 
 #if ODE_PARALLEL_SAP_HAS_CUDA
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,8 @@ namespace ode_parallel_sap {
 #if ODE_PARALLEL_SAP_HAS_CUDA
 
 struct DeviceBackend::Finder {
-  std::unique_ptr<CudaPairFinder> sweep;
-  std::unique_ptr<CudaAxisListsFinder> axis_lists;
+  std::optional<CudaSweep> sweep;
+  std::optional<CudaAxisLists> axis_lists;
   MemoryRetry retry;           // of devices that it has lost for want of memory
   bool all_are_full = false;   // until then
   bool full_are_said = false;  // once is enough
@@ -31,7 +32,7 @@ struct DeviceBackend::Finder {
   Finder() { takeAll(); }
   void takeAll() {
     axis_lists.reset();
-    sweep = makeCudaSweep([](std::size_t i) { return DevicePool::get().device(i); });
+    sweep.emplace([](std::size_t i) { return DevicePool::get().device(i); });
     all_are_full = false;
     retry.paid();
   }
@@ -107,13 +108,12 @@ int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairLis
   int used = 0;
   std::string reason;
   try {
-    CudaPairFinder& sweep = *finder_->sweep;
     if (by_lists) {
       used = findByAxisLists(boxes, plan, pairs);
-    } else if (sweep.takes(boxes)) {
-      sweep.useDevices(plan.devices);
-      sweep.find(boxes, plan.threads, pairs);
-      used = sweep.devicesUsed();
+    } else {
+      finder_->sweep->useDevices(plan.devices);
+      finder_->sweep->find(boxes, plan.threads, pairs);
+      used = finder_->sweep->devicesUsed();
     }
   } catch (const DeviceWasReset&) {
     DevicePool::get().wereReset();
@@ -137,8 +137,8 @@ int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairLis
 
 int DeviceBackend::findByAxisLists(const BoxSet& boxes, const ExtractionPlan& plan,
                                    PairList& pairs) {
-  if (!finder_->axis_lists) finder_->axis_lists = makeCudaAxisLists();
-  CudaAxisListsFinder& lists = *finder_->axis_lists;
+  if (!finder_->axis_lists) finder_->axis_lists.emplace();
+  CudaAxisLists& lists = *finder_->axis_lists;
   std::vector<int> used;
   for (int device; static_cast<int>(used.size()) < plan.devices; used.push_back(device)) {
     device = DevicePool::get().device(used.size());

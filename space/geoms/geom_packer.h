@@ -121,8 +121,10 @@ inline void packBody(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& bo
   if (!part.some_body) part.some_body = body;
   // Of two geoms on one body at least one is followed by another in the body's list.
   facts.filter_bodies = facts.filter_bodies || geom->body_next;
-  if ((body ^ part.some_body) & ~body_bits || number == 0 || number == resting_number)
+  if ((body ^ part.some_body) & ~body_bits || number == 0 || number == resting_number) {
     facts.exact_bodies = false;
+    boxes.bodies[slot] = 1;  // neither static nor at rest
+  }
 }
 
 // Needs exactMode(). The geoms are clean.

@@ -30,13 +30,18 @@ inline bool hasAABBTest(const dxGeom* geom) {
          !(untested_classes.load(std::memory_order_relaxed) >> (geom->type - dFirstUserClass) & 1);
 }
 
+// Meshes of GIMPACT carry work data that it locks and updates. Those of OPCODE are only read.
+inline bool meshesAreRead() {
+  static const bool are = dCheckConfiguration("ODE_EXT_gimpact") == 0;
+  return are;
+}
+
 // Whether other threads may not compute other geoms' AABBs at the same time: where user code runs,
 // where a sub-space cleans its geoms, or where geoms share caches.
 inline bool needsCallingThread(const dxGeom* geom) {
   if (geom->type < dGeomTransformClass) return false;
-  static const bool has_gimpact = dCheckConfiguration("ODE_EXT_gimpact") != 0;
   return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
-         (geom->type == dTriMeshClass && has_gimpact);
+         (geom->type == dTriMeshClass && !meshesAreRead());
 }
 
 // Whether a space holds nothing but spaces, at any depth. The sorting spaces of older forks of ODE

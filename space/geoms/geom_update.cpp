@@ -27,12 +27,6 @@ bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
          boxes.bodies[slot] == numberOf(geom->body);
 }
-// What is read of a geom when its box is made.
-void prefetchForBox(const dxGeom* geom) {
-  if (!geom) return;
-  if (geom->gflags & GEOM_DIRTY) prefetchPose(geom);
-  prefetch(geom->aabb);
-}
 // Whether the geoms of a block and those asked for ahead lie further apart than in a row.
 bool areScattered(const dxGeom* first, const dxGeom* last) {
   // fixed: more than a geom takes with its pose, a body and what else a program makes for it.
@@ -64,7 +58,9 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
     for (std::size_t i = begin; i < end && scattered; ++i) {
       if (const dxGeom* const later = i + ahead < range.end ? geoms.geom(i + ahead) : nullptr)
         prefetchState(later);
-      prefetchForBox(geoms.geom(i));
+      const dxGeom* const geom = geoms.geom(i);
+      if (geom && geom->gflags & GEOM_DIRTY) prefetchPose(geom);
+      if (geom) prefetch(geom->aabb);
     }
     for (std::size_t i = begin; i < end; ++i) {
       dxGeom* const geom = geoms.geom(i);
@@ -86,23 +82,22 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
 // Brings geoms up to date, and calls use(geom, slot, part) for each; geom may be null.
 template <class Use>
 int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
-  const int parts = threads;
-  if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
-  part_count_ = parts;
-  for (int index = 0; index <= parts; ++index) {
+  if (parts_.size() < static_cast<std::size_t>(threads) + 1) parts_.resize(threads + 1);
+  part_count_ = threads;
+  for (int index = 0; index <= threads; ++index) {
     UpdatePart& part = parts_[index];
     part.facts = UpdateFacts();
     part.deferred.clear();
     part.some_body = 0;
   }
-  const int used = runTeam(updating, parts, [&](int index, int team) {
+  const int used = runTeam(updating, threads, [&](int index, int team) {
     forPart(geoms, ownPart(geoms.count, index, team), use, parts_[index]);
   });
-  for (int index = 0; index < parts; ++index)
+  for (int index = 0; index < threads; ++index)
     for (const Slot slot : parts_[index].deferred) {
       cleanGeom(geoms.of_slot[slot]);
       const ScopedMode exact(exactMode());
-      use(geoms.of_slot[slot], slot, parts_[parts]);
+      use(geoms.of_slot[slot], slot, parts_[threads]);
     }
   return used;
 }
@@ -137,59 +132,38 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     };
     const int used = forGeoms({geoms, slots}, threads, packSlot);
     some_body_ = 0;
-    facts_ = mergeParts(0);
+    facts_ = mergeParts();
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = needsDoubles(geoms);
+    // Boxes become doubles once more coarse ones overlap each other in vain than is worth their
+    // exact tests, and floats again when those would be far fewer.
+    const bool wide =
+        coarse_boxes_.overlapInVain(geoms, states_, static_cast<std::size_t>(facts_.coarse),
+                                    boxes_.size / (boxes_.wide ? 8 : 2));
     if (wide == boxes_.wide || repeated) return used;
     boxes_.wide = wide;
     (wide ? boxes_.boxes.release() : boxes_.wide_boxes.release());
   }
 }
 
-// Boxes become doubles once more coarse ones overlap each other in vain than is worth their exact
-// tests, and floats again when those would be far fewer.
-bool GeomUpdate::needsDoubles(dxGeom* const* geoms) {
-  return coarse_boxes_.overlapInVain(geoms, states_, static_cast<std::size_t>(facts_.coarse),
-                                     boxes_.size / (boxes_.wide ? 8 : 2));
-}
-
-// The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
-UpdateFacts GeomUpdate::mergeParts(std::uintptr_t some_body) {
+// The parts' facts made one, for bodies whose addresses are to be compared with `some_body_` too.
+UpdateFacts GeomUpdate::mergeParts() {
   UpdateFacts facts;
   for (int index = 0; index <= part_count_; ++index) {
     const UpdatePart& part = parts_[index];
     facts.add(part.facts);
     if (!part.some_body) continue;
-    if (!some_body) some_body = part.some_body;
-    if ((part.some_body ^ some_body) & ~body_bits) facts.exact_bodies = false;
+    if (!some_body_) some_body_ = part.some_body;
+    if ((part.some_body ^ some_body_) & ~body_bits) facts.exact_bodies = false;
   }
-  some_body_ = some_body;
   std::sort(facts.newly_invalid.begin(), facts.newly_invalid.end());
   return facts;
 }
 
-// Where addresses are too far apart for 32 of their bits to tell them apart.
-void GeomUpdate::numberBodies(dxGeom* const* geoms) {
-  body_numbers_.clear();
-  for (std::size_t slot = 0; slot < boxes_.size; ++slot) {
-    const dxBody* const body = geoms[slot] ? geoms[slot]->body : nullptr;
-    if (boxes_.bodies[slot] == resting_number && geoms[slot] &&
-        isResting(geoms[slot], packer_.rules))
-      continue;
-    boxes_.bodies[slot] =
-        body ? body_numbers_.emplace(body, static_cast<std::uint32_t>(body_numbers_.size() + 1))
-                   .first->second
-             : 0;
-  }
-}
-
-const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms) {
-  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms);
+void GeomUpdate::synchronise() {
   boxes_.exact = facts_.exact_boxes || boxes_.wide;
   boxes_.filter_bits = facts_.filter_bits;
-  boxes_.filter_bodies = facts_.filter_bodies;
-  return facts_;
+  boxes_.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
 }
 
 void GeomUpdate::watchAll() {
@@ -283,22 +257,19 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
   if (!watching_) watchAll();
   resizeTo(slots);
   listSlots(changed, slots);
-  const auto threadsForSlots = [&] {
-    return teamFor(slots_.size(), grains::packed_slots, threads);
-  };
   facts_.moved = 0;
   const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
     count(states_[slot], -1, part.facts);
     states_[slot] = packer_.pack(geom, slot, part, boxes_);
     count(states_[slot], 1, part.facts);
   };
-  forGeoms(listed(geoms), threadsForSlots(), packSlot);
+  forGeoms(listed(geoms), teamFor(slots_.size(), grains::packed_slots, threads), packSlot);
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)
       watched_.erase(slot);
     else
       watched_.insert(slot);
-  return takeOver(mergeParts(some_body_));
+  return takeOver(mergeParts());
 }
 
 // Makes the facts of some slots, packed again, part of those of all. False if these would have

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "space/base/box_set.h"
@@ -26,8 +25,8 @@ class GeomUpdate {
   // Brings all up to date and fills boxes(), with doubles where floats would be too coarse for the
   // scene. Returns the number of threads used.
   int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads);
-  // The threads' facts made one. Call after pack().
-  const UpdateFacts& synchronise(dxGeom* const* geoms);
+  // Says by which filters boxes() are to be paired. Call after pack().
+  void synchronise();
 
   // Whether repack() may follow what was packed last.
   bool canRepack() const { return facts_.exact_bits && facts_.exact_bodies; }
@@ -71,9 +70,7 @@ class GeomUpdate {
   template <class Use>
   static void forPart(Geoms geoms, Range range, Use use, UpdatePart& part);
   Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
-  UpdateFacts mergeParts(std::uintptr_t some_body);
-  bool needsDoubles(dxGeom* const* geoms);
-  void numberBodies(dxGeom* const* geoms);
+  UpdateFacts mergeParts();
   void watchAll();
   void resizeTo(std::size_t slots);
   bool takeOver(const UpdateFacts& packed);
@@ -90,7 +87,6 @@ class GeomUpdate {
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
   CoarseBoxes coarse_boxes_;
-  std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
 };
 
 }  // namespace ode_parallel_sap

@@ -29,7 +29,6 @@ struct PackRules {
            cull_planes == other.cull_planes && notified == other.notified &&
            checked == other.checked && tolerance == other.tolerance;
   }
-  bool operator!=(const PackRules& other) const { return !(*this == other); }
 };
 
 }  // namespace ode_parallel_sap

@@ -23,7 +23,7 @@ Region verifying("filter: verified pairs"), testing("filter: exact tests"), clos
 struct ExactTest {
   dxGeom* const* geoms;
   const std::uint32_t* bodies;  // their numbers
-  bool every_filter;            // the filter bits beside the boxes do not decide
+  bool every_filter;            // the bits or bodies beside the boxes do not decide
   bool asleep_on_static;        // pairs of a geom asleep and a static one are not wanted
   bool packed_bits_at_rest;     // geoms at rest have their own bits
   const SlotState* of_planes;   // by slot, unbounded_state where planes are; null: not culled
@@ -34,6 +34,7 @@ struct ExactTest {
 
   bool drops(Pair pair) const {
     const Slot earlier = earlierOf(pair), later = laterOf(pair);
+    if (every_filter && atRest(earlier) && atRest(later)) return true;
     if (asleep_on_static &&
         ((atRest(earlier) && isStatic(later)) || (isStatic(earlier) && atRest(later))))
       return true;
@@ -81,6 +82,22 @@ bool testSegments(const ExactTest& test, int threads, PairList& pairs) {
   return any;
 }
 
+// Each thread copies its share of the pairs to a part of its own: copy(begin, end, to), for the
+// runs of its share, returns the end of the copy.
+template <class Copy>
+void copyRuns(Region& region, int team, const PairList& pairs, PairList& copied, Copy copy) {
+  copied.clear(static_cast<std::size_t>(team));
+  runTeam(region, team, [&](int thread, int size) {
+    const Range own = ownPart(pairs.size(), thread, size);
+    Buffer<Pair>& part = copied.parts[static_cast<std::size_t>(thread)];
+    part.resizeDiscarding(own.end - own.begin);
+    Pair* to = part.data();
+    PairCursor(pairs).read(own.begin, own.end,
+                           [&](const Pair* begin, const Pair* end) { to = copy(begin, end, to); });
+    part.resize(static_cast<std::size_t>(to - part.data()));
+  });
+}
+
 // Copies the pairs that their geoms do not rule out; returns the end of the copy. `user_classes`:
 // calls AABBTest functions.
 Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes, const Pair* begin,
@@ -113,7 +130,7 @@ void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
   const UpdateFacts& facts = update.facts();
   const ExactTest test = {geoms,
                           update.boxes().bodies.data(),
-                          !facts.exact_bits,
+                          !facts.exact_bits || (facts.filter_bodies && !facts.exact_bodies),
                           rules.skip_asleep && !rules.skip_static,
                           rules.notified,
                           planes && facts.unbounded ? update.states() : nullptr};
@@ -131,35 +148,17 @@ void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
 
 void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
                         int threads, const PairList& pairs, PairList& verified) {
-  const std::size_t count = pairs.size();
-  const int team = user_classes ? 1 : teamFor(count, grains::looked_up, threads);
-  verified.clear(static_cast<std::size_t>(team));
-  runTeam(verifying, team, [&](int thread, int size) {
-    const Range own = ownPart(count, thread, size);
-    Buffer<Pair>& part = verified.parts[static_cast<std::size_t>(thread)];
-    part.resizeDiscarding(own.end - own.begin);
-    Pair* to = part.data();
-    PairCursor(pairs).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
-      to = verifyRun(geoms, rules, user_classes, run, run_end, to);
-    });
-    part.resize(static_cast<std::size_t>(to - part.data()));
+  const int team = user_classes ? 1 : teamFor(pairs.size(), grains::looked_up, threads);
+  copyRuns(verifying, team, pairs, verified, [&](const Pair* begin, const Pair* end, Pair* to) {
+    return verifyRun(geoms, rules, user_classes, begin, end, to);
   });
 }
 
-// Takes the dropped pairs out: each thread copies the others of its share to a part of its own.
+// Takes the dropped pairs out.
 void PairFilter::closeGaps(int threads, PairList& pairs) {
-  const std::size_t count = pairs.size();
-  const int most = teamFor(count, grains::passed_pairs, threads);
-  closed_.clear(static_cast<std::size_t>(most));
-  runTeam(closing, most, [&](int thread, int team) {
-    const Range own = ownPart(count, thread, team);
-    Buffer<Pair>& part = closed_.parts[static_cast<std::size_t>(thread)];
-    part.resizeDiscarding(own.end - own.begin);
-    Pair* to = part.data();
-    PairCursor(pairs).read(own.begin, own.end, [&](const Pair* begin, const Pair* end) {
-      to = std::remove_copy(begin, end, to, dropped_pair);
-    });
-    part.resize(static_cast<std::size_t>(to - part.data()));
+  const int team = teamFor(pairs.size(), grains::passed_pairs, threads);
+  copyRuns(closing, team, pairs, closed_, [](const Pair* begin, const Pair* end, Pair* to) {
+    return std::remove_copy(begin, end, to, dropped_pair);
   });
   std::swap(pairs, closed_);
 }

@@ -20,27 +20,20 @@ namespace {
 
 Region packing("geom tree: boxes"), moving("geom tree: moved boxes");
 
-// Up to this number dirty geoms are cleaned by one thread on the way.
-constexpr std::size_t most_cleaned_alone = grains::packed_slots.work;
-
 dxGeom* geomAt(const Buffer<dxGeom*>& geoms, std::size_t slot) {
   return slot < geoms.size() ? geoms[slot] : nullptr;
 }
 
-void prefetchAhead(const Buffer<dxGeom*>& geoms, std::size_t slot) {
-  if (const dxGeom* const geom = geomAt(geoms, slot + prefetch_distance)) prefetchBounds(geom);
-}
-
-// The box of a geom's AABB, all NaN where it takes part in nothing. `coarse`: floats make it
-// clearly larger.
+// The box of a geom's AABB, all NaN where it takes part in nothing. `coarse`: gets whether floats
+// make it clearly larger.
 template <class Real>
-BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
+BasicBox<Real> boxOf(const dxGeom* geom, bool* coarse = nullptr) {
   constexpr BasicBox<Real> none = inactiveBox<Real>();
   if (!geom) return none;
   if constexpr (sizeof(Real) == sizeof(float)) {
     Box box;
     const BoundsFacts facts = roundToFloats(geom->aabb, box);
-    coarse = facts & coarse_bounds;
+    if (coarse) *coarse = facts & coarse_bounds;
     return facts & nan_bounds ? none : box;
   } else {
     return hasNaN(geom) ? none : boxOfBounds<Real>(geom->aabb);
@@ -49,27 +42,6 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
 
 template <class Tree>
 using RealOf = typename std::remove_reference_t<Tree>::RealType;
-
-template <class Real>
-void findBox(const QueryTree<Real> (&of)[GeomTree::kinds], const BasicBox<Real>& box,
-             GeomTree::Kind first, std::size_t slots, Buffer<Slot>& found) {
-  found.resizeDiscarding(slots + 2 * group_size);
-  std::size_t count = 0;
-  for (int kind = first; kind < GeomTree::kinds; ++kind)
-    if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
-  found.resize(count);
-}
-
-// Where the boxes cannot decide, the AABBs do.
-void dropApart(const GeomTree::Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) {
-  Slot* next = found.data();
-  for (const Slot hit : found) {
-    const Slot slot = hit / 2;
-    *next = slot;
-    next += hit % 2 == 0 || boxesOverlap(geoms[slot], geom);
-  }
-  found.resize(next - found.data());
-}
 
 }  // namespace
 
@@ -86,10 +58,11 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads, BoxSet (&boxes
     std::size_t own_count = 0;
     const Range own = ownPart(geoms.size(), thread, team);
     for (std::size_t slot = own.begin; slot < own.end; ++slot) {
-      prefetchAhead(geoms, slot);
+      if (const dxGeom* const later = geomAt(geoms, slot + prefetch_distance))
+        prefetchBounds(later);
       const dxGeom* const geom = geoms[slot];
       bool coarse = false;
-      all[slot] = boxOf<Real>(geom, coarse);
+      all[slot] = boxOf<Real>(geom, &coarse);
       own_count += coarse;
       if (geom && !hasBoundedHits(geom)) apart[thread].push_back(static_cast<Slot>(slot));
     }
@@ -163,9 +136,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
         const Slot slot = slotAt(i);
         const dxGeom* const geom = geomAt(geoms, slot);
         if (some_twice && geom && !seen.insertShared(slot)) continue;
-        bool coarse;
-        if (!geom || !hasBoundedHits(geom) ||
-            !of[bounded].moveWithin(slot, boxOf<Real>(geom, coarse)))
+        if (!geom || !hasBoundedHits(geom) || !of[bounded].moveWithin(slot, boxOf<Real>(geom)))
           apart[thread].push_back(slot);
       }
     });
@@ -173,8 +144,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
       for (const Slot slot : part) {
         const dxGeom* const geom = geomAt(geoms, slot);
         const Kind kind = geom && !hasBoundedHits(geom) ? other : bounded;
-        bool coarse;
-        of[kind].place(slot, boxOf<Real>(geom, coarse));
+        of[kind].place(slot, boxOf<Real>(geom));
         of[kinds - 1 - kind].place(slot, inactiveBox<Real>());
         if (static_cast<double>(of[kind].strayRows()) > most_rows) return false;
       }
@@ -186,7 +156,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
 
 bool GeomTree::clean(const Geoms& geoms) {
   if (!tree_ || !tree_->built || tree_->all_changed) return false;
-  if (tree_->changed.size() > most_cleaned_alone) return false;
+  if (tree_->changed.size() > grains::packed_slots.work) return false;  // for several threads
   for (const Slot slot : tree_->changed) {
     dxGeom* const geom = geomAt(geoms, slot);
     if (geom && geom->gflags & GEOM_DIRTY) cleanGeom(geom);
@@ -241,17 +211,22 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
 }
 
 void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found, Kind first) const {
+  found.resizeDiscarding(geoms.size() + 2 * group_size);
+  std::size_t count = 0;
   withTrees([&](const auto& of) {
-    bool coarse;
-    findBox(of, boxOf<RealOf<decltype(of[0])>>(geom, coarse), first, geoms.size(), found);
+    const auto box = boxOf<RealOf<decltype(of[0])>>(geom);
+    for (int kind = first; kind < kinds; ++kind)
+      if (!of[kind].holdsNone()) count += of[kind].find(box, found.data() + count);
   });
-  dropApart(geoms, geom, found);
-}
-
-void GeomTree::find(const Geoms& geoms, Slot slot, const BoxSet& boxes, Buffer<Slot>& found) const {
-  if (boxes.wide || tree_->is_wide) return find(geoms, geoms[slot], found);
-  findBox(tree_->narrow, boxes.boxes[slot], bounded, geoms.size(), found);
-  dropApart(geoms, geoms[slot], found);
+  // Where the boxes cannot decide, the AABBs do.
+  Slot* next = found.data();
+  found.resize(count);
+  for (const Slot hit : found) {
+    const Slot slot = hit / 2;
+    *next = slot;
+    next += hit % 2 == 0 || boxesOverlap(geoms[slot], geom);
+  }
+  found.resize(next - found.data());
 }
 
 }  // namespace ode_parallel_sap

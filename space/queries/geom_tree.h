@@ -92,8 +92,6 @@ class GeomTree {
   // threads at once. Throws std::bad_alloc.
   void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found,
             Kind first = bounded) const;
-  // The same of the geom of a slot, whose box is in `boxes`.
-  void find(const Geoms& geoms, Slot slot, const BoxSet& boxes, Buffer<Slot>& found) const;
 
   // A frame went by: a tree that no query used in many of them is given back. Whether it was.
   bool noteFrame() {

@@ -24,13 +24,13 @@
 #include "support/thread_limit.h"
 #include "tests/gpu/emulation/runtime.h"
 
+using emulation::failAllocation;
 using ode_parallel_sap::DevicePool;
-using ode_parallel_sap::failCudaAllocation;
 using ode_parallel_sap::failCudaCall;
 
 namespace {
 
-// Before main() asks for devices, as the driver is asked once. Each machine is a CTest test.
+// Before main() asks for devices, as the driver is asked once. Each machine is a process.
 const std::string machine = [] {
   const char* const text = std::getenv("ODE_PARALLEL_SAP_TEST_MACHINE");
   const std::string devices = text ? text : "";
@@ -102,6 +102,22 @@ void checkFullOnes(const sap_test::Messages& messages) {
 }
 
 }  // namespace
+
+TEST_CASE("On a machine without a device that will do frames stay on the CPU",
+          "[.][no-driver][no-device][old-device]") {
+  std::string why;
+  CHECK(ode_parallel_sap::cudaDevices(&why).empty());
+  CHECK(contains(why, machine == "no-driver" ? "no driver"
+                      : machine == "x"       ? "too old: compute capability 5.0"
+                                             : "no device"));
+  const sap_test::Messages messages;
+  Scene scene(dParallelSAPBackendAuto, 0, 20000);
+  CHECK(dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendCUDA) == 0);
+  // Long enough for Auto to look for a device.
+  for (int frame = 0; frame < 30; ++frame) CHECK(scene.collide().pairs > 0);
+  CHECK(statsOf(scene.space).backend == dParallelSAPBackendCPU);
+  CHECK(messages.all().empty());
+}
 
 TEST_CASE("Full devices are tried and named once, and the others serve every frame",
           "[.][full-free][free-full-free][full-full]") {
@@ -309,14 +325,14 @@ TEST_CASE("A device that is out of memory in a frame is used again, one that fai
           "[.][full-in-frame]") {
   REQUIRE(machine == "-");
   ode_parallel_sap::setMemoryRetry(std::chrono::milliseconds(20));
-  for (const auto fail : {failCudaAllocation, failCudaCall}) {
+  for (const auto fail : {failAllocation, failCudaCall}) {
     Scene scene(dParallelSAPBackendCUDA, 1);
     const sap_test::Messages messages;
     fail(3);
     CHECK(scene.collide().devices == 0);
     CHECK(messages.all().size() == 1);
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    CHECK(scene.collide(5).devices == (fail == failCudaAllocation));
+    CHECK(scene.collide(5).devices == (fail == failAllocation));
     CHECK(messages.all().size() == 1);
   }
 }
@@ -348,7 +364,8 @@ TEST_CASE("Frames go on where the program resets a device, which is made ready a
       CHECK(scene.collide().devices == 0);
       REQUIRE(comesToDevices(scene, 2));
       scene.collide(3);
-      // Auto may have gone back to the CPU meanwhile; lists that grew may be locked for the first time.
+      // Auto may have gone back to the CPU meanwhile; lists that grew may be locked for the first
+      // time.
       if (backend == dParallelSAPBackendCUDA) CHECK(emulation::locks().now >= before.now);
     }
     REQUIRE(messages.all().size() == ++said);
@@ -438,7 +455,7 @@ TEST_CASE("A device that fails in a frame costs time, not pairs, and is given ba
     CHECK(messages.all().size() == told + 1);
     return true;
   };
-  for (const auto fail : {failCudaCall, failCudaAllocation})
+  for (const auto fail : {failCudaCall, failAllocation})
     for (const int method : {dParallelSAPMethodSweep, dParallelSAPMethodAxisLists})
       for (const int devices : {1, 2, 3}) {
         int met = 0;

@@ -1,12 +1,10 @@
-// What a real driver and GPU do, and what becomes of frames when they are not there; built into one
-// program with the library's objects, so that it can make CUDA fail.
+// What a real driver and GPU do; built into one program with the library's objects, so that it can
+// make CUDA fail.
 #include <cuda.h>
 #include <cuda_runtime_api.h>
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <string>
 #include <thread>
 #include <utility>
 
@@ -40,45 +38,7 @@ struct Scene {
   dParallelSAPStats stats() const { return statsOf(space); }
 };
 
-Pairs pairsOnProcessor(const Boxes& boxes) {
-  return Scene(boxes, dParallelSAPBackendCPU).collide();
-}
-
-// ODE_PARALLEL_SAP_TEST_MACHINE, read before anything can ask the driver.
-const char* const machine = [] {
-  const char* const text = std::getenv("ODE_PARALLEL_SAP_TEST_MACHINE");
-  const std::string name = text ? text : "";
-  if (name == "no-driver") pretendMachine(PretendedMachine::NoDriver);
-  if (name == "no-device") pretendMachine(PretendedMachine::NoDevice);
-  if (name == "old-device") pretendMachine(PretendedMachine::TooOld);
-  return text;
-}();
-
 }  // namespace
-
-// Each kind of machine has a process of its own, as the driver is asked once.
-TEST_CASE("On a machine without a device that will do frames stay on the CPU", "[.][machine]") {
-  REQUIRE(machine);
-  const std::string name = machine;
-  std::string why;
-  CHECK(cudaDevices(&why).empty());
-  INFO(why);
-  CHECK(why.find(name == "no-driver"   ? "driver version"
-                 : name == "no-device" ? "no CUDA-capable device"
-                                       : "too old: compute capability 5.2") != std::string::npos);
-  const Boxes boxes = sap_test::denseCube(20000, 6);
-  const Pairs expected = pairsOnProcessor(boxes);
-  const sap_test::Messages messages;
-  Scene scene(boxes, dParallelSAPBackendAuto);
-  CHECK(dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendCUDA) == 0);
-  // Long enough for Auto to look for a device.
-  for (int frame = 0; frame < 30; ++frame) {
-    const Pairs found = scene.collide();
-    if (found != expected) FAIL(difference(found, expected));
-  }
-  CHECK(scene.stats().backend == dParallelSAPBackendCPU);
-  CHECK(messages.all().empty());
-}
 
 // The same on emulated devices is in device_subset_test.cpp; here the driver has the word.
 TEST_CASE("Frames leave a thread's device and context to the program", "[device][several]") {

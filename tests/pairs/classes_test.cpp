@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 #include <vector>
@@ -160,6 +161,19 @@ TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[c
           geoms.push_back(dCreateSphere(space, 1));
           place(geoms.back(), 3.0 * static_cast<double>(geoms.size()), 50, 0);
         }
+        for (std::size_t i = 0; i < geoms.size(); ++i) setNumber(geoms[i], i);
+        CHECK(difference(collide(space), expectedPairs(geoms)) == "");
+        // Two at rest, and one of them on a body that is awake.
+        for (const std::size_t i : {100, 101}) place(geoms[i], 0, 90, 0);
+        dParallelSAPSpaceSetSkipStatic(space, 1);
+        const Pairs found = collide(space);
+        Pairs expected = expectedPairs(geoms);
+        const auto at_rest = std::find(expected.begin(), expected.end(), Pair{100, 101});
+        REQUIRE(at_rest != expected.end());
+        expected.erase(at_rest);
+        CHECK(difference(found, expected) == "");
+        dGeomSetBody(geoms[100], bodies[0]);
+        place(geoms[100], 0, 90, 0);
         CHECK(difference(collide(space), expectedPairs(geoms)) == "");
       }
       dWorldDestroy(world);

@@ -377,7 +377,7 @@ typedef struct dParallelSAPStats {
   int threads;                        /* threads used by the widest stage */
   int devices;                        /* GPUs used */
   double update_ms;                   /* AABBs of the geoms that moved */
-  double synchronise_ms;              /* numbering bodies, taking planes out */
+  double synchronise_ms;              /* taking planes out */
   double extract_ms;                  /* finding pairs; up to 120 geoms: all before the report */
   double filter_ms;                   /* exact tests of pairs, AABBTest calls */
   double narrow_ms;                   /* the contacts of all pairs */

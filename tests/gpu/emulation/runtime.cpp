@@ -79,6 +79,8 @@ struct Machine {
   std::unordered_map<void*, Memory> memory, locked;
   std::map<int, std::set<int>> links;  // of devices to those whose memory they may read
   int calls_without_context = 0, locks_asked = 0;
+  unsigned long long allocations_until_failure = 0;
+  bool has_driver = true;
   std::atomic<std::size_t> copied{0};
 };
 
@@ -192,6 +194,8 @@ cudaError_t destroy(Object* object) {
 // No larger than asked for, so that a sanitizer sees what is beyond.
 cudaError_t allocate(void** memory, std::size_t bytes, bool on_device) {
   return call([&](int device) {
+    unsigned long long& left = machine().allocations_until_failure;
+    if (left && --left == 0) return cudaErrorMemoryAllocation;
     if (posix_memalign(memory, 256, std::max<std::size_t>(bytes, 1))) std::abort();
     const bool any = settings().kernels_run;
     std::memset(*memory, any ? static_cast<int>(random().below(256)) : 0, bytes);
@@ -286,10 +290,13 @@ cudaError_t driverFunction(const std::string& name, void** function) {
 }  // namespace
 
 void setDevices(const std::string& devices) {
+  machine().has_driver = devices != "no-driver";
+  if (!machine().has_driver) return;
   for (const char letter : devices) {
     Device device;
     device.full = letter == 'f';
     if (letter == 'o') device.generation = 8;
+    if (letter == 'x') device.generation = 5;
     machine().contexts.emplace_back(new CUctx_st{static_cast<int>(machine().devices.size())});
     machine().devices.push_back(device);
   }
@@ -301,6 +308,10 @@ Device device(int number) {
 void setFull(int device, bool full) {
   const Lock lock(machine().mutex);
   machine().devices.at(device).full = full;
+}
+void failAllocation(unsigned long long allocation) {
+  const Lock lock(machine().mutex);
+  machine().allocations_until_failure = allocation;
 }
 void reset(int device) {
   const Lock lock(machine().mutex);
@@ -390,7 +401,10 @@ using namespace emulation;
 extern "C" {
 
 const char* cudaGetErrorString(cudaError_t status) {
-  return status == cudaErrorMemoryAllocation ? "out of memory" : "an error";
+  return status == cudaErrorMemoryAllocation     ? "out of memory"
+         : status == cudaErrorNoDevice           ? "no device"
+         : status == cudaErrorInsufficientDriver ? "no driver"
+                                                 : "an error";
 }
 cudaError_t cudaGetLastError() {
   return cudaSuccess;
@@ -398,6 +412,7 @@ cudaError_t cudaGetLastError() {
 
 cudaError_t cudaGetDeviceCount(int* count) {
   const Lock lock(machine().mutex);
+  if (!machine().has_driver) return cudaErrorInsufficientDriver;
   *count = static_cast<int>(machine().devices.size());
   return *count > 0 ? cudaSuccess : cudaErrorNoDevice;
 }

@@ -34,10 +34,12 @@ struct Device {
 };
 
 // The machine from now on, the driver not having been asked before: a letter a device, `f` full,
-// `o` of an older generation.
+// `o` of an older generation, `x` of one that is too old. "no-driver": there is none.
 void setDevices(const std::string& devices);
 Device device(int number);
 void setFull(int device, bool full);
+// The allocation-th one from now on, on a device or of pinned memory, finds no memory; 0: none.
+void failAllocation(unsigned long long allocation);
 // As cudaDeviceReset: all that is on the device is gone, and a handle of it ends the program.
 void reset(int device);
 // Calls that worked on a device although the thread had made no context current: those of a program
