@@ -105,19 +105,23 @@ __attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallLists& lists,
 // Lists the geoms that take part, or with `listed` tells whether they are those in the list, whose
 // AABBs are as they were. All are clean. `by_filters`: some two may not meet by their bits or
 // bodies: no bit is in all, or a geom is followed by another one of its body, as all but the last
-// are. Needs exactMode().
+// are. A walk along ODE's list would wait for each geom before the next. Needs exactMode(), unless
+// they are `listed`.
 template <bool listed>
-inline bool listActive(dxGeom* first, SmallLists& lists, FrameCounts& counts, bool& by_filters) {
+inline bool listActive(const Buffer<dxGeom*>& slots, SmallLists& lists, FrameCounts& counts,
+                       bool& by_filters) {
   dxGeom** const active = lists.active.data();
   unsigned actives = 0;
   unsigned long shared_bits = ~0ul;
   bool followed = false;
-  for (dxGeom* geom = first; geom; geom = geom->next) {
-    if ((geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
-    const bool usual =
-        listed ? active[actives] == geom : geom->type < dFirstSpaceClass && isPlain(geom);
-    if (!usual && !takesPart(geom, lists, counts)) continue;
-    if (listed && !usual) return false;
+  for (dxGeom* const geom : slots) {
+    if (!geom || (geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
+    if (listed) {
+      if (active[actives] != geom) return false;
+    } else if (!(geom->type < dFirstSpaceClass && isPlain(geom)) &&
+               !takesPart(geom, lists, counts)) {
+      continue;
+    }
     active[actives++] = geom;
     shared_bits &= geom->category_bits & geom->collide_bits;
     followed |= geom->body_next != nullptr;
@@ -139,53 +143,57 @@ inline unsigned filter(SmallLists& lists, Keeps keeps) {
   return kept;
 }
 
-// The geoms that take part, and the pairs, when all AABBs are up to date. `still`: boxes are where
-// they were in the last frame. Needs exactMode().
-inline void findAmongClean(const Scene& scene, const PackRules& rules, bool still,
-                           SmallLists& lists, FrameCounts& counts) {
-  bool by_filters;
-  still = still && listActive<true>(scene.first, lists, counts, by_filters);
+// The pairs, of the geoms listed if they are `still` those that take part. Returns their number,
+// the AABBTest functions apart. All AABBs are up to date. Needs exactMode().
+inline unsigned findAmongClean(const Scene& scene, const PairRule& rule, bool still,
+                               bool by_filters, SmallLists& lists, FrameCounts& counts) {
   if (!still) {
-    counts.invalid = lists.unbounded = 0;
+    lists.unbounded = 0;
     lists.user_classes = false;
-    listActive<false>(scene.first, lists, counts, by_filters);
+    listActive<false>(scene.slots, lists, counts, by_filters);
     lists.overlaps = lists.actives > most_without_vectors
                          ? findByVectors(lists, lists.actives)
                          : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
   }
+  const bool took_all = still && lists.takes_all;
+  lists.takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
+  if (lists.takes_all && (took_all || !still)) return lists.overlaps;
+  return filter(lists, [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); });
+}
+
+__attribute__((noinline)) unsigned findInExactMode(const Scene& scene, const PairRule& rule,
+                                                   bool still, bool by_filters, SmallLists& lists,
+                                                   FrameCounts& counts) {
+  const ScopedMode mode(exactMode());
+  return findAmongClean(scene, rule, still, by_filters, lists, counts);
+}
+
+// Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. `still`: no geom
+// became dirty, came or went since the last frame. Reads the thread's floating-point mode before it
+// computes: reading it waits for all computations before. `counts` are written member by member and
+// not copied: a copy waits until words just written have reached the cache.
+inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLists& lists,
+                 FrameCounts& counts) {
   const PairRule rule(rules);
-  const bool takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
-  lists.same = still && takes_all && lists.takes_all;
+  bool by_filters = false;
+  still = still && listActive<true>(scene.slots, lists, counts, by_filters);
+  lists.same = still && lists.takes_all && !by_filters && rule.isODEs();
+  unsigned pairs = lists.overlaps;
+  if (!lists.same) {
+    bool is_exact = !differs(currentMode(), exactMode());
+    if (!still) {
+      const Cleaned cleaned = cleanOneByOne(scene.first);
+      counts.moved = cleaned.moved;
+      is_exact = is_exact && !cleaned.by_others;
+      scene.noteClean();
+    }
+    pairs = is_exact ? findAmongClean(scene, rule, still, by_filters, lists, counts)
+                     : findInExactMode(scene, rule, still, by_filters, lists, counts);
+  }
   counts.geoms = static_cast<unsigned>(scene.count);
   counts.unbounded = lists.unbounded;
   counts.disabled = counts.geoms - lists.actives - counts.invalid;
-  counts.candidates = counts.pairs = lists.overlaps;
-  if (!takes_all || (still && !lists.takes_all))
-    counts.candidates = counts.pairs =
-        filter(lists, [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); });
-  lists.takes_all = takes_all;
-}
-
-__attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRules& rules,
-                                               bool still, SmallLists& lists, FrameCounts& counts) {
-  const ScopedMode mode(exactMode());
-  findAmongClean(scene, rules, still, lists, counts);
-}
-
-// Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. Reads the thread's
-// floating-point mode first: reading it waits for all computations before. `counts` are written
-// member by member and not copied: a copy waits until words just written have reached the cache.
-inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLists& lists,
-                 FrameCounts& counts) {
-  bool is_exact = !differs(currentMode(), exactMode());
-  if (!still) {
-    const Cleaned cleaned = cleanOneByOne(scene.first);
-    counts.moved = cleaned.moved;
-    is_exact = is_exact && !cleaned.by_others;
-    scene.noteClean();
-  }
-  if (is_exact) return findAmongClean(scene, rules, still, lists, counts);
-  findInExactMode(scene, rules, still, lists, counts);
+  counts.candidates = counts.pairs = pairs;
 }
 
 void complainOfInvalid(dxGeom* first, Complaints& complaints) {
