@@ -121,52 +121,45 @@ void CellOrder<Real>::dealIntoRegions(const BoxSet& boxes, int threads,
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   positions_.resizeDiscarding(std::size_t{region_count_} * threads);
   order_.resizeDiscarding(boxes.size);
-  const auto forOwn = [&](int thread, int team, auto use) {
-    for (int part = thread; part < threads; part += team) {
-      const Range range = ownPart(boxes.size, part, threads);
-      std::uint32_t* const positions = positions_.data() + std::size_t{region_count_} * part;
-      use(positions, range);
-    }
-  };
   static_assert(sizeof(Centre) == 2 * sizeof(std::uint64_t), "centres in words");
   workspace.resizeDiscarding(4 * boxes.size);
   centres_ = reinterpret_cast<Centre*>(workspace.data());
   Centre* const of_slot = centres_ + boxes.size;
   runTeam(assigning, threads, [&](int thread, int team) {
-    forOwn(thread, team, [&](std::uint32_t* counts, const Range& range) {
-      std::fill_n(counts, region_count_, 0);
-      std::size_t run = range.begin, run_class = 0;  // of slots of one class
-      const auto endRun = [&](std::size_t end) {
-        findRegions(regions_[run_class], of_slot + run, end - run, &order_[run]);
-        for (; run < end; ++run) ++counts[order_[run]];
-      };
-      for (std::size_t slot = range.begin; slot < range.end; ++slot) {
-        const bool active = isActive(box[slot]);
-        const std::size_t of = active ? box_classes_.of(box[slot]) : run_class;
-        if (!active || of != run_class || slot - run == longest_run) {
-          endRun(slot);
-          run_class = of;
-        }
-        of_slot[slot] = centreIn(regions_[of], box[slot], static_cast<Slot>(slot));
-        if (active) continue;
-        order_[slot] = no_region;
-        run = slot + 1;
+    const Range range = ownPart(boxes.size, thread, team);
+    std::uint32_t* const counts = positions_.data() + std::size_t{region_count_} * thread;
+    std::fill_n(counts, region_count_, 0);
+    std::size_t run = range.begin, run_class = 0;  // of slots of one class
+    const auto endRun = [&](std::size_t end) {
+      findRegions(regions_[run_class], of_slot + run, end - run, &order_[run]);
+      for (; run < end; ++run) ++counts[order_[run]];
+    };
+    for (std::size_t slot = range.begin; slot < range.end; ++slot) {
+      const bool active = isActive(box[slot]);
+      const std::size_t of = active ? box_classes_.of(box[slot]) : run_class;
+      if (!active || of != run_class || slot - run == longest_run) {
+        endRun(slot);
+        run_class = of;
       }
-      endRun(range.end);
-    });
+      of_slot[slot] = centreIn(regions_[of], box[slot], static_cast<Slot>(slot));
+      if (active) continue;
+      order_[slot] = no_region;
+      run = slot + 1;
+    }
+    endRun(range.end);
   });
   ends_.resize(region_count_);
   std::uint32_t position = 0;
   for (std::uint32_t region = 0; region < region_count_; ++region) {
-    for (int part = 0; part < threads; ++part)
-      position += std::exchange(positions_[std::size_t{region_count_} * part + region], position);
+    for (int thread = 0; thread < threads; ++thread)
+      position += std::exchange(positions_[std::size_t{region_count_} * thread + region], position);
     ends_[region] = position;
   }
   runTeam(dealing, threads, [&](int thread, int team) {
-    forOwn(thread, team, [&](std::uint32_t* next, const Range& range) {
-      for (std::size_t slot = range.begin; slot < range.end; ++slot)
-        if (order_[slot] != no_region) centres_[next[order_[slot]]++] = of_slot[slot];
-    });
+    const Range range = ownPart(boxes.size, thread, team);
+    std::uint32_t* const next = positions_.data() + std::size_t{region_count_} * thread;
+    for (std::size_t slot = range.begin; slot < range.end; ++slot)
+      if (order_[slot] != no_region) centres_[next[order_[slot]]++] = of_slot[slot];
   });
 }
 

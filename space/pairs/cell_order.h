@@ -56,7 +56,7 @@ class CellOrder {
   std::vector<Regions> regions_;  // one a class
   std::vector<Split> splits_;
   std::uint32_t region_count_ = 0;
-  Buffer<std::uint32_t> positions_;                // of the regions, for each part of the slots
+  Buffer<std::uint32_t> positions_;                // of the regions, for each thread
   std::vector<std::uint32_t> ends_, first_cells_;  // of the regions
   std::vector<std::uint32_t> class_ends_;          // in cells
   Centre* centres_ = nullptr;
