@@ -1,7 +1,7 @@
 #include "space/pairs/cell_coherence.h"
 
 #include <algorithm>
-#include <utility>
+#include <atomic>
 
 #include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
@@ -52,7 +52,9 @@ bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
   if (!mechanisms::kept_cells) return false;
   constexpr std::size_t word_slots = SlotSet::word_slots;
   const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
-  seen_.growTo(boxes.size);
+  active_.growTo(boxes.size);
+  std::atomic<bool> same{known_ && size_ == boxes.size};
+  size_ = boxes.size;
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   const int most = teamFor(words, grains::box_rows, threads);
   runTeam(comparing, most, [&](int thread, int team) {
@@ -61,21 +63,17 @@ bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
       const std::size_t first = word * word_slots, count = std::min(boxes.size - first, word_slots);
       std::uint64_t bits = 0;
       for (std::size_t i = 0; i < count; ++i) bits |= std::uint64_t{isActive(box[first + i])} << i;
-      seen_.setWord(word, bits);
+      if (bits == active_.word(word)) continue;
+      active_.setWord(word, bits);
+      same.store(false, std::memory_order_relaxed);
     }
   });
-  if (!known_ || size_ != boxes.size) {
-    size_ = boxes.size;
-    return false;
-  }
+  if (!same) return false;
   if (back_off_.waits()) {
     back_off_.pass();
     return false;
   }
-  bool same = reuses_ < longest_reuse;
-  for (std::size_t word = 0; word < words; ++word)
-    same = same && seen_.word(word) == active_.word(word);
-  return same;
+  return reuses_ < longest_reuse;
 }
 
 template <class Real>
@@ -97,7 +95,6 @@ bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
 template <class Real>
 void CellCoherence<Real>::restart(const CellTrees<Real>& trees) {
   for (const int level : {1, 2}) listSpans(trees, level, spans_when_cut_[level - 1]);
-  std::swap(active_, seen_);
   reuses_ = 0;
   known_ = true;
 }

@@ -25,12 +25,12 @@ class CellCoherence {
   // Cells were cut anew for the boxes that mayReuse() saw, and packed.
   void restart(const CellTrees<Real>& trees);
 
-  std::size_t bytes() const { return bytesOf(active_, seen_, spans_, spans_when_cut_); }
+  std::size_t bytes() const { return bytesOf(active_, spans_, spans_when_cut_); }
 
  private:
   bool known_ = false;
   std::size_t size_ = 0;
-  SlotSet active_, seen_;                   // slots: when the cells were cut, and as seen last
+  SlotSet active_;                          // slots that mayReuse() saw last
   Buffer<Real> spans_, spans_when_cut_[2];  // of all below the nodes of the two lowest levels
   int reuses_ = 0;                          // frames since the cells were cut
   BackOff back_off_{1};                     // where cells come apart within a frame
