@@ -44,7 +44,7 @@ struct Lanes : RegisterLanes<Lanes> {
     eight(p + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
   }
   static void compress(const double* p, unsigned mask, double* out) {
-    ScalarLanes::compress(p, mask, out);
+    RegisterLanes::compress(p, mask, out);
   }
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     const auto eight = [](std::uint32_t from, unsigned m, std::uint32_t* to) {

@@ -48,7 +48,7 @@ struct Lanes : RegisterLanes<Lanes> {
     }
   }
   static void compress(const double* p, unsigned mask, double* out) {
-    ScalarLanes::compress(p, mask, out);
+    RegisterLanes::compress(p, mask, out);
   }
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     constexpr std::uint32_t lanes[] = {0, 1, 2, 3};

@@ -54,8 +54,9 @@ inline void pick(const Vector& x, const Vector& y, void* to) {
   pick<p0, p1, p2, p3>(x, y, to, std::make_integer_sequence<int, sizeof(x) / sizeof(x[0])>());
 }
 
-// What a set of lanes has no instructions for.
-struct ScalarLanes {
+// For sets whose comparisons fill the lanes of a register, of which Set::signs() makes bits.
+template <class Set>
+struct RegisterLanes {
   // Writes the elements of p[0..15] in `mask`, in order. Writes at most 16; how many count is the
   // number of bits.
   template <class T>
@@ -79,27 +80,6 @@ struct ScalarLanes {
       all = ((all > other) | (other != other)) ? all : other;
     });
   }
-
- private:
-  template <class Real, class Join>
-  static Real joined(const Real* p, Join join) {
-    typename FourOf<Real>::Type all, other;
-    memcpy(&all, p, sizeof all);
-    for (int i = 4; i < 16; i += 4) {
-      memcpy(&other, p + i, sizeof other);
-      join(all, other);
-    }
-    pick<2, 3, 0, 1>(all, all, &other);
-    join(all, other);
-    pick<1, 0, 3, 2>(all, all, &other);
-    join(all, other);
-    return all[0];
-  }
-};
-
-// For sets whose comparisons fill the lanes of a register, of which Set::signs() makes bits.
-template <class Set>
-struct RegisterLanes : ScalarLanes {
   // Of a comparison: all bits of a lane, or none.
   template <class T>
   using Mask =
@@ -108,14 +88,6 @@ struct RegisterLanes : ScalarLanes {
   template <class T>
   static typename Register<T>::Type load(const T* p) {
     return *reinterpret_cast<const typename Register<T>::Type*>(p);
-  }
-  template <class Real>
-  static Mask<Real> notBelow(const Real* p, Real value) {
-    return reinterpret_cast<Mask<Real>>(load(p) >= value);
-  }
-  template <class Real>
-  static Mask<Real> notAbove(const Real* p, Real value) {
-    return reinterpret_cast<Mask<Real>>(load(p) <= value);
   }
   // Bits of sixteen lanes of type T: test(i) compares those of a register from lane i on.
   template <class T, class Test>
@@ -127,7 +99,8 @@ struct RegisterLanes : ScalarLanes {
   // Which of p[0..15] are at least `value`.
   template <class Real>
   static unsigned atLeast(const Real* p, Real value) {
-    return Set::template bits<Real>([=](int i) { return notBelow(p + i, value); });
+    return Set::template bits<Real>(
+        [=](int i) { return reinterpret_cast<Mask<Real>>(load(p + i) >= value); });
   }
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     return 0xffff ^ Set::template bits<std::uint32_t>(
@@ -177,13 +150,29 @@ struct RegisterLanes : ScalarLanes {
       return Set::template bits<Real>([&](int i) {
         const auto reach = [&](int axis) {
           const std::size_t at = axis * stride + i;
-          return notBelow(upper + at, box.lower[axis][lane]) &
-                 notAbove(lower + at, box.upper[axis][lane]);
+          return (load(upper + at) >= box.lower[axis][lane]) &
+                 (load(lower + at) <= box.upper[axis][lane]);
         };
-        return reach(0) & reach(1) & reach(2);
+        return reinterpret_cast<Mask<Real>>(reach(0) & reach(1) & reach(2));
       });
     }
   };
+
+ private:
+  template <class Real, class Join>
+  static Real joined(const Real* p, Join join) {
+    typename FourOf<Real>::Type all, other;
+    memcpy(&all, p, sizeof all);
+    for (int i = 4; i < 16; i += 4) {
+      memcpy(&other, p + i, sizeof other);
+      join(all, other);
+    }
+    pick<2, 3, 0, 1>(all, all, &other);
+    join(all, other);
+    pick<1, 0, 3, 2>(all, all, &other);
+    join(all, other);
+    return all[0];
+  }
 };
 
 }  // namespace
