@@ -79,9 +79,9 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) 
 }
 
 int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
-                     const Way& way) {
-  const Job job = {pairs, request, way};
-  if (shares_.size() < static_cast<std::size_t>(way.threads)) shares_.resize(way.threads);
+                     int threads, bool manual_cleanup) {
+  const Job job = {pairs, request, threads};
+  if (shares_.size() < static_cast<std::size_t>(threads)) shares_.resize(threads);
   for (Share& share : shares_) {
     share.contacts.resizeDiscarding(0);
     for (Buffer<Waiting>* const waiting :
@@ -94,21 +94,21 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
   int used = 1;
   const auto share = [&](Region& region, std::size_t count, std::size_t chunk, int team,
                          auto work) {
-    used = std::max(used, runPartsWithData(region, team, count, chunk, way.manual_cleanup, work));
+    used = std::max(used, runPartsWithData(region, team, count, chunk, manual_cleanup, work));
   };
-  const int team = teamFor(pairs.size(), grains::collided_pairs, way.threads);
+  const int team = teamFor(pairs.size(), grains::collided_pairs, threads);
   share(colliding, pairs.size(), chunkFor(pairs.size(), team), team,
         [&](Range range, int thread) { collideChunk(job, range, thread); });
 
   gather(shares_, &Share::heavy, waiting_);
   if (waiting_.size())
     share(colliding_heavy, waiting_.size(), 1,
-          teamFor(waiting_.size(), grains::heavy_pairs, way.threads), [&](Range range, int thread) {
+          teamFor(waiting_.size(), grains::heavy_pairs, threads), [&](Range range, int thread) {
             for (std::size_t i = range.begin; i < range.end; ++i) collide(job, waiting_[i], thread);
           });
 
   gather(shares_, &Share::own_collider, waiting_);
-  const ThreadColliders own(teamFor(waiting_.size(), grains::heavy_pairs, way.threads),
+  const ThreadColliders own(teamFor(waiting_.size(), grains::heavy_pairs, threads),
                             waiting_.size());
   const auto collideOnOwn = [&](Range range, int thread) {
     for (std::size_t i = range.begin; i < range.end; ++i) {
@@ -162,7 +162,7 @@ void NarrowPhase::collideChunk(const Job& job, Range range, int thread) {
 
 // Puts pairs into the queues of later passes. One thread needs none: this is the serial loop.
 void NarrowPhase::collideOrQueue(const Job& job, const Waiting& waiting, int thread) {
-  if (job.way.threads == 1) return collide(job, waiting, thread);
+  if (job.threads == 1) return collide(job, waiting, thread);
   const dParallelSAPPair& pair = job.pairs[waiting.pair];
   const ColliderUse use = waiting.flags & dParallelSAPOnCallingThread
                               ? ColliderUse::CallingThread

@@ -54,13 +54,11 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
 // contacts lie side by side for the report.
 class NarrowPhase {
  public:
-  struct Way {
-    int threads;          // the most
-    bool manual_cleanup;  // the threads leave no data in ODE
-  };
-  // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
-  // flags and reduce callbacks throw.
-  int run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request, const Way& way);
+  // Collides all pairs, by up to `threads` threads, which with `manual_cleanup` leave no data in
+  // ODE; returns how many worked. Throws std::bad_alloc, and whatever the flags and reduce
+  // callbacks throw.
+  int run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request, int threads,
+          bool manual_cleanup);
   // Calls the contact callback for all pairs of the last run that touch and whose geoms are still
   // there, in their order.
   void report(ContactPairs& pairs, const ContactRequest& request) const;
@@ -87,7 +85,7 @@ class NarrowPhase {
   struct Job {
     const Buffer<dParallelSAPPair>& pairs;
     const ContactRequest& request;
-    const Way& way;
+    int threads;
   };
   // A pair that had to wait, and its flags.
   struct Waiting {

@@ -111,7 +111,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   bool found = true;
   try {
     const int used =
-        narrow_phase.run(pairs.list(), request, {frame.plan.most_threads, call.manual_cleanup});
+        narrow_phase.run(pairs.list(), request, frame.plan.most_threads, call.manual_cleanup);
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();

@@ -46,7 +46,7 @@ struct Pass {
       if (lists.blocks[i].thread == nobody) find(i, 0, /*alone=*/true);
     listAll();
     const ContactRequest contacts = {nullptr, request.flags, {}};
-    lists.narrow_phase.run(lists.all.pairs, contacts, {way.threads, way.manual_cleanup});
+    lists.narrow_phase.run(lists.all.pairs, contacts, way.threads, way.manual_cleanup);
   }
 
   void find(std::size_t i, int thread, bool alone) {
