@@ -52,7 +52,8 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelS
 
 void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,
                         dNearCallback* callback) {
-  const PackRules of_queries = rules.ofQueries();
+  PackRules of_queries;
+  of_queries.cull_planes = rules.cull_planes;
   const PairRule rule(of_queries);
   const Reports::Open open(scene.reports);
   const Buffer<dxGeom*>& geoms = scene.slots;

@@ -17,12 +17,6 @@ struct PackRules {
   bool skip() const { return skip_static || skip_asleep; }
   // Whether every frame asks the geoms of all candidates for that.
   bool verified() const { return skip() && !notified; }
-  // dSpaceCollide2 finds pairs at rest, too.
-  PackRules ofQueries() const {
-    PackRules rules = *this;
-    rules.skip_static = rules.skip_asleep = false;
-    return rules;
-  }
 
   bool operator==(const PackRules& other) const {
     return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&

@@ -80,6 +80,13 @@ inline bool isResting(const dxGeom* geom, const PackRules& rules) {
   return rules.skip_static && !IS_SPACE(geom);
 }
 
+// Whether dSpaceCollide2 finds a pair whose AABBs overlap, the AABBTest functions apart: one at
+// rest, too.
+inline bool isHit(const dxGeom* own, const dxGeom* geom, const PackRules& rules) {
+  return isEnabled(own) && filtersMatch(own, geom) &&
+         !(rules.cull_planes && areClearByPlane(own, geom));
+}
+
 // Both together.
 class PairRule {
  public:

@@ -57,14 +57,12 @@ void findHits(const GeomTree* tree, const Geoms& geoms, dxGeom* geom, const Pack
   else
     findByTests(geoms, geom, lists.hits);
   Buffer<dxGeom*>& hits = lists.hits;
-  const PackRules of_queries = rules.ofQueries();
-  const PairRule rule(of_queries);
   std::size_t found = 0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (i + prefetch_distance < hits.size()) prefetchState(hits[i + prefetch_distance]);
     dxGeom* const own = hits[i];
     hits[found] = own;
-    found += isEnabled(own) && rule.mayPair(own, geom);
+    found += isHit(own, geom, rules);
   }
   hits.resize(found);
 }

@@ -34,9 +34,7 @@ inline std::uint32_t findFew(const GeomTree::Geoms& geoms, dxGeom* geom, const P
   const ScopedMode mode(exactMode());
   std::uint32_t hits = 0, bit = 1;
   for (dxGeom* const own : geoms) {
-    if (own && boxesOverlap(own, geom) && isEnabled(own) && filtersMatch(own, geom) &&
-        !(rules.cull_planes && areClearByPlane(own, geom)))
-      hits |= bit;
+    if (own && boxesOverlap(own, geom) && isHit(own, geom, rules)) hits |= bit;
     bit <<= 1;
   }
   return hits;
