@@ -20,10 +20,11 @@ Region merging("pair merge: parts");
 }  // namespace
 
 // Writes one part of both lists to `merged`. Returns how many of the old pairs stayed.
-std::size_t ChangedPairs::merge(const Task& task, const SlotSet& changed, Buffer<Pair>& merged) {
-  const Pair *pair = task.begin, *found = task.found_begin;
-  const std::size_t found_pairs = task.found_end - found;
-  merged.resizeDiscarding((task.end - pair) + found_pairs);
+std::size_t ChangedPairs::merge(const PairSpan& span, const SlotSet& changed,
+                                Buffer<Pair>& merged) {
+  const Pair *pair = span.begin, *found = span.other;
+  const std::size_t found_pairs = span.other_end - found;
+  merged.resizeDiscarding((span.end - pair) + found_pairs);
   Pair* next = merged.data();
   const auto copyUnlessChanged = [&](Pair old) {
     *next = old;
@@ -31,7 +32,7 @@ std::size_t ChangedPairs::merge(const Task& task, const SlotSet& changed, Buffer
   };
   // Old pairs below `limit`, whose earlier slots are all unchanged.
   const auto copyBelow = [&](Pair limit) {
-    while (task.end - pair >= step && pair[step - 1] < limit) {
+    while (span.end - pair >= step && pair[step - 1] < limit) {
       bool any = false;
       for (std::ptrdiff_t i = 0; i < step; ++i) any |= changed.contains(laterOf(pair[i]));
       if (any) {
@@ -42,17 +43,17 @@ std::size_t ChangedPairs::merge(const Task& task, const SlotSet& changed, Buffer
       }
       pair += step;
     }
-    while (pair < task.end && *pair < limit) copyUnlessChanged(*pair++);
+    while (pair < span.end && *pair < limit) copyUnlessChanged(*pair++);
   };
-  Slot changed_earlier = pair < task.end ? changed.firstFrom(earlierOf(*pair)) : 0;
-  while (pair < task.end || found < task.found_end) {
-    const Pair next_found = found < task.found_end ? *found : ~Pair{0};
+  Slot changed_earlier = pair < span.end ? changed.firstFrom(earlierOf(*pair)) : 0;
+  while (pair < span.end || found < span.other_end) {
+    const Pair next_found = found < span.other_end ? *found : ~Pair{0};
     const Pair of_changed = makePair(changed_earlier, 0);
     copyBelow(std::min(next_found, of_changed));
     if (next_found < of_changed) {
       *next++ = *found++;
     } else {
-      while (pair < task.end && earlierOf(*pair) == changed_earlier) ++pair;
+      while (pair < span.end && earlierOf(*pair) == changed_earlier) ++pair;
       changed_earlier = changed.firstFrom(changed_earlier + 1);
     }
   }
@@ -69,36 +70,17 @@ const Buffer<Pair>& ChangedPairs::inOnePart() {
   return joined_;
 }
 
-// Cuts the pairs into parts of like length, and the found ones where those begin.
-void ChangedPairs::planTasks(const PairList& pairs, const Buffer<Pair>& found, int threads) {
-  const std::size_t task_pairs = chunkOf(pairs.size(), part_pairs, threads);
-  const Pair* const found_begin = found.begin();
-  const Pair* const found_end = found.end();
-  tasks_.clear();
-  for (const Buffer<Pair>& part : pairs.parts) {
-    const std::size_t pieces = std::max<std::size_t>(part.size() / task_pairs, 1);
-    for (std::size_t i = 0; i < pieces && part.size(); ++i) {
-      const Range range = partOf(part.size(), static_cast<int>(i), static_cast<int>(pieces));
-      tasks_.push_back({part.data() + range.begin, part.data() + range.end, nullptr, nullptr});
-    }
-  }
-  if (tasks_.empty()) tasks_.push_back({nullptr, nullptr, nullptr, nullptr});
-  for (std::size_t i = 0; i < tasks_.size(); ++i) {
-    tasks_[i].found_begin =
-        i == 0 ? found_begin : std::lower_bound(found_begin, found_end, *tasks_[i].begin);
-    if (i > 0) tasks_[i - 1].found_end = tasks_[i].found_begin;
-  }
-  tasks_.back().found_end = found_end;
-}
-
 std::size_t ChangedPairs::replace(const SlotSet& changed, int threads, PairList& pairs) {
-  planTasks(pairs, inOnePart(), threads);
-  merged_.clear(tasks_.size());
+  const Buffer<Pair>& found = inOnePart();
+  cutBoth(
+      pairs, chunkOf(pairs.size(), part_pairs, threads), found.begin(), found.end(),
+      [](Pair pair) { return pair; }, spans_);
+  merged_.clear(spans_.size());
   std::atomic<std::size_t> kept{0};
-  const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
-  runChunks(merging, team, tasks_.size(), 1, [&](const Range& range, int) {
+  const int team = static_cast<int>(std::min<std::size_t>(threads, spans_.size()));
+  runChunks(merging, team, spans_.size(), 1, [&](const Range& range, int) {
     const std::size_t i = range.begin;
-    kept += merge(tasks_[i], changed, merged_.parts[i]);
+    kept += merge(spans_[i], changed, merged_.parts[i]);
   });
   std::swap(pairs, merged_);
   return kept;

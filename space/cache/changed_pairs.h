@@ -19,6 +19,34 @@ namespace ode_parallel_sap {
 
 inline Region meeting_changed("changed pairs: boxes");
 
+// Pairs that one thread merges, and those of another list that belong to them.
+struct PairSpan {
+  const Pair *begin, *end, *other, *other_end;
+  std::size_t place;  // of the first one in its list
+};
+
+// Cuts ascending pairs into spans of `length` to twice as many, or a part's if that is shorter, and
+// the ascending pairs [other, other_end) before keyOf(pair) of the first pair of each but the
+// first. There is one span at least.
+template <class KeyOf>
+void cutBoth(const PairList& pairs, std::size_t length, const Pair* other, const Pair* other_end,
+             KeyOf keyOf, std::vector<PairSpan>& spans) {
+  spans.clear();
+  std::size_t place = 0;
+  for (const Buffer<Pair>& part : pairs.parts) {
+    const int pieces = static_cast<int>(std::max<std::size_t>(part.size() / length, 1));
+    for (int i = 0; i < pieces && part.size(); ++i) {
+      const Range range = partOf(part.size(), i, pieces);
+      const Pair* const begin = part.data() + range.begin;
+      if (!spans.empty())
+        spans.back().other_end = other = std::lower_bound(other, other_end, keyOf(*begin));
+      spans.push_back({begin, part.data() + range.end, other, other_end, place});
+      place += range.end - range.begin;
+    }
+  }
+  if (spans.empty()) spans.push_back({nullptr, nullptr, other, other_end, 0});
+}
+
 class ChangedPairs {
  public:
   // Leaves in found(), ascending, the pairs of active `boxes` that one of the slots `changed` is in
@@ -59,13 +87,10 @@ class ChangedPairs {
   // these slots, in. Both are ascending, as is the result. Returns how many pairs stayed.
   std::size_t replace(const SlotSet& changed, int threads, PairList& pairs);
   std::size_t bytes() const {
-    return bytesOf(parts_, hits_, workspace_, found_, tasks_, joined_, merged_);
+    return bytesOf(parts_, hits_, workspace_, found_, spans_, joined_, merged_);
   }
 
  private:
-  struct Task {
-    const Pair *begin, *end, *found_begin, *found_end;
-  };
   static bool isActive(const BoxSet& boxes, Slot slot) {
     return boxes.wide ? ode_parallel_sap::isActive(boxes.wide_boxes[slot])
                       : ode_parallel_sap::isActive(boxes.boxes[slot]);
@@ -81,15 +106,14 @@ class ChangedPairs {
     }
   }
 
-  static std::size_t merge(const Task& task, const SlotSet& changed, Buffer<Pair>& merged);
+  static std::size_t merge(const PairSpan& span, const SlotSet& changed, Buffer<Pair>& merged);
   const Buffer<Pair>& inOnePart();
-  void planTasks(const PairList& pairs, const Buffer<Pair>& found, int threads);
 
   std::vector<Buffer<Pair>> parts_;  // one a thread, as are the next
   std::vector<Buffer<Slot>> hits_;
   Buffer<std::uint64_t> workspace_;
   PairList found_;
-  std::vector<Task> tasks_;
+  std::vector<PairSpan> spans_;
   Buffer<Pair> joined_;
   PairList merged_;
 };

@@ -40,10 +40,13 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, int
   freeNumbers();
   const int team = teamFor(pairs.size() + previous_.pairs.size(), grains::passed_pairs, threads);
   listPreviousGeoms(geoms);
-  planPieces(pairs, team);
+  cutBoth(
+      pairs, chunkOf(pairs.size(), chunk_pairs, team), previous_.pairs.begin(),
+      previous_.pairs.end(), [this](Pair pair) { return inPreviousSlots(pair); }, spans_);
+  places_.resize(spans_.size());
   next_.resize(pairs.size());
-  runChunks(comparing, team, pieces_.size(), 1,
-            [&](const Range& range, int) { compare(pieces_[range.begin]); });
+  runChunks(comparing, team, spans_.size(), 1,
+            [&](const Range& range, int) { compare(spans_[range.begin], places_[range.begin]); });
   previous_slots_.reserve(geoms.size());  // for trackSlots()
   writeEvents(geoms);
   std::swap(previous_, next_);
@@ -97,57 +100,32 @@ void PairEvents::listPreviousGeoms(const Buffer<dxGeom*>& geoms) {
       previous_geoms_[previous] = geoms[slot];
 }
 
-void PairEvents::planPieces(const PairList& pairs, int threads) {
-  const Buffer<Pair>& previous = previous_.pairs;
-  const std::size_t wanted = chunkOf(pairs.size(), chunk_pairs, threads);
-  std::size_t count = 0, place = 0;
-  const auto add = [&](const Pair* begin, const Pair* end) {
-    if (pieces_.size() == count) pieces_.emplace_back();
-    Piece& piece = pieces_[count];
-    piece.begin = begin;
-    piece.end = end;
-    piece.place = place;
-    piece.previous_place = 0;
-    if (count > 0)
-      pieces_[count - 1].previous_end = piece.previous_place = static_cast<std::size_t>(
-          std::lower_bound(previous.begin(), previous.end(), inPreviousSlots(*begin)) -
-          previous.begin());
-    ++count;
-    place += static_cast<std::size_t>(end - begin);
-  };
-  for (const Buffer<Pair>& part : pairs.parts)
-    for (std::size_t i = 0; i < part.size(); i += wanted)
-      add(part.data() + i, part.data() + std::min(i + wanted, part.size()));
-  if (count == 0) add(nullptr, nullptr);
-  pieces_.resize(count);
-  pieces_.back().previous_end = previous.size();
-}
-
 // Copies the new pairs, and the numbers of pairs that are in both frames.
-void PairEvents::compare(Piece& piece) {
-  piece.begun.resizeDiscarding(0);
-  piece.ended.resizeDiscarding(0);
-  std::copy(piece.begin, piece.end, next_.pairs.data() + piece.place);
-  std::size_t place = piece.place, previous = piece.previous_place;
-  const std::size_t end = place + static_cast<std::size_t>(piece.end - piece.begin);
-  while (place < end || previous < piece.previous_end) {
+void PairEvents::compare(const PairSpan& span, Places& places) {
+  places.begun.resizeDiscarding(0);
+  places.ended.resizeDiscarding(0);
+  std::copy(span.begin, span.end, next_.pairs.data() + span.place);
+  const std::size_t end = span.place + static_cast<std::size_t>(span.end - span.begin);
+  const std::size_t previous_end = span.other_end - previous_.pairs.begin();
+  std::size_t place = span.place, previous = span.other - previous_.pairs.begin();
+  while (place < end || previous < previous_end) {
     const Pair next = place < end ? inPreviousSlots(next_.pairs[place]) : ~Pair{0};
-    const Pair before = previous < piece.previous_end ? previous_.pairs[previous] : ~Pair{0};
+    const Pair before = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
     if (next == before)
       next_.numbers[place++] = previous_.numbers[previous++];
     else if (next < before)
-      piece.begun.push_back(place++);
+      places.begun.push_back(place++);
     else
-      piece.ended.push_back(previous++);
+      places.ended.push_back(previous++);
   }
 }
 
 // Allocates all memory before it takes the first number.
 void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
   std::size_t count_begun = 0, count_ended = 0;
-  for (const Piece& piece : pieces_) {
-    count_begun += piece.begun.size();
-    count_ended += piece.ended.size();
+  for (const Places& places : places_) {
+    count_begun += places.begun.size();
+    count_ended += places.ended.size();
   }
   begun_.resizeDiscarding(count_begun);
   ended_.resizeDiscarding(count_ended);
@@ -155,13 +133,13 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
   Event *begun = begun_.data(), *ended = ended_.data();
   // Null where a geom has left.
   const Buffer<dxGeom*>& of_previous = slots_changed_ ? previous_geoms_ : geoms;
-  for (const Piece& piece : pieces_) {
-    for (const std::size_t place : piece.begun) {
+  for (const Places& places : places_) {
+    for (const std::size_t place : places.begun) {
       const Pair pair = next_.pairs[place];
       const Number number = next_.numbers[place] = free_.take();
       *begun++ = {geoms[earlierOf(pair)], geoms[laterOf(pair)], place, number};
     }
-    for (const std::size_t place : piece.ended) {
+    for (const std::size_t place : places.ended) {
       const Pair pair = previous_.pairs[place];
       *ended++ = {of_previous[earlierOf(pair)], of_previous[laterOf(pair)], place,
                   previous_.numbers[place]};
@@ -184,7 +162,7 @@ void PairEvents::release() {
   ended_.release();
   next_ = NumberedPairs();
   previous_geoms_.release();
-  pieces_ = std::vector<Piece>();
+  places_ = std::vector<Places>();
   try {
     previous_.pairs.shrink();
     previous_.numbers.shrink();

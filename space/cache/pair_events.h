@@ -13,6 +13,7 @@
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
 #include "space/base/slot_set.h"
+#include "space/cache/changed_pairs.h"
 
 namespace ode_parallel_sap {
 
@@ -85,7 +86,7 @@ class PairEvents {
   void release();
   std::size_t bytes() const {
     return bytesOf(previous_, next_, previous_slots_, free_, begun_, ended_, previous_geoms_,
-                   pieces_);
+                   spans_, places_);
   }
 
  private:
@@ -98,11 +99,9 @@ class PairEvents {
     }
     std::size_t bytes() const { return bytesOf(pairs, numbers); }
   };
-  // New pairs, the first at `place`, and the previous pairs that belong to them.
-  struct alignas(64) Piece {
-    const Pair *begin, *end;
-    std::size_t place, previous_place, previous_end;
-    Buffer<std::size_t> begun, ended;  // places
+  // Places of the events of a span.
+  struct alignas(64) Places {
+    Buffer<std::size_t> begun, ended;
     std::size_t bytes() const { return bytesOf(begun, ended); }
   };
 
@@ -111,8 +110,7 @@ class PairEvents {
   void listPreviousGeoms(const Buffer<dxGeom*>& geoms);
   Slot previousSlot(Slot slot) const;
   Pair inPreviousSlots(Pair pair) const;
-  void planPieces(const PairList& pairs, int threads);
-  void compare(Piece& piece);
+  void compare(const PairSpan& span, Places& places);
   void writeEvents(const Buffer<dxGeom*>& geoms);
 
   bool has_events_ = false;  // the last frame
@@ -127,7 +125,8 @@ class PairEvents {
   std::size_t last_slots_ = 0;
 
   Buffer<dxGeom*> previous_geoms_;  // by previous slot, during an update, likewise
-  std::vector<Piece> pieces_;
+  std::vector<PairSpan> spans_;     // new pairs, and the previous ones that belong to them
+  std::vector<Places> places_;      // of the spans
 };
 
 }  // namespace ode_parallel_sap
