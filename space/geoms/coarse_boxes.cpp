@@ -11,14 +11,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// A random number for each slot, the same in every frame.
-std::uint32_t randomOf(Slot slot) {
-  std::uint32_t bits = slot * 0x9e3779b9u;
-  bits = (bits ^ bits >> 16) * 0x85ebca6bu;
-  bits = (bits ^ bits >> 13) * 0xc2b2ae35u;
-  return bits ^ bits >> 16;
-}
-
 bool floatsOverlap(const Box& a, const Box& b) {
   for (int axis = 0; axis < 3; ++axis)
     if (!(a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis])) return false;
@@ -27,14 +19,15 @@ bool floatsOverlap(const Box& a, const Box& b) {
 
 }  // namespace
 
-// In the order of their lower bounds on the axis on which these differ most.
+// In the order of their lower bounds on the axis on which these differ most. No order of slots
+// shows in multiples of the golden ratio.
 void CoarseBoxes::take(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse) {
   const double share =
       std::min(1.0, static_cast<double>(most_sampled) / static_cast<double>(coarse));
   const auto limit = static_cast<std::uint32_t>(share * 0xffffffffu);
   sample_.clear();
   for (std::size_t slot = 0; slot < states.size(); ++slot) {
-    if (!(states[slot] & coarse_state) || randomOf(static_cast<Slot>(slot)) > limit) continue;
+    if (!(states[slot] & coarse_state) || static_cast<Slot>(slot) * 0x9e3779b9u > limit) continue;
     sample_.push_back({{}, geoms[slot]});
     roundToFloats(geoms[slot]->aabb, sample_.back().box);
   }
