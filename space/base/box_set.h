@@ -60,6 +60,13 @@ struct BoxSet {
   bool filter_bodies = false;
   bool exact = false;  // whether no pair needs the exact test
 
+  // Room for so many slots, with what there was.
+  void resize(std::size_t slots) {
+    size = slots;
+    wide ? wide_boxes.resize(slots) : boxes.resize(slots);
+    bits.resize(slots);
+    bodies.resize(slots);
+  }
   void deactivate(Slot slot) {
     if (wide)
       wide_boxes[slot] = inactiveBox<double>();

@@ -53,13 +53,6 @@ Box grown(const Box& box, float margin) {
   return grown;
 }
 
-void resizeTo(std::size_t slots, BoxSet& fat) {
-  fat.size = slots;
-  fat.boxes.resize(slots);
-  fat.bits.resize(slots);
-  fat.bodies.resize(slots);
-}
-
 }  // namespace
 
 // Whether nearly all of a sample of the boxes have moved so little since the last one that they
@@ -185,7 +178,7 @@ int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   fat_.filter_bits = boxes.filter_bits;
   fat_.filter_bodies = boxes.filter_bodies;
   fat_.exact = true;  // of candidates none is borderline
-  resizeTo(boxes.size, fat_);
+  fat_.resize(boxes.size);
   const int most = teamFor(boxes.size, grains::packed_slots, threads);
   runTeam(fattening, most, [&](int thread, int team) {
     const Range own = ownPart(boxes.size, thread, team);
@@ -205,7 +198,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
   });
   kept_ = candidates_.size();
   if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
-  resizeTo(boxes.size, fat_);
+  fat_.resize(boxes.size);
   for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
   if (!tree_.holdsNone() && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
     for (const Slot slot : leaving_) tree_.place(slot, fat_.boxes[slot]);

@@ -83,9 +83,7 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
 template <class Use>
 int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
   if (parts_.size() < static_cast<std::size_t>(threads) + 1) parts_.resize(threads + 1);
-  part_count_ = threads;
-  for (int index = 0; index <= threads; ++index) {
-    UpdatePart& part = parts_[index];
+  for (UpdatePart& part : parts_) {
     part.facts = UpdateFacts();
     part.deferred.clear();
     part.some_body = 0;
@@ -149,8 +147,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
 // The parts' facts made one, for bodies whose addresses are to be compared with `some_body_` too.
 UpdateFacts GeomUpdate::mergeParts() {
   UpdateFacts facts;
-  for (int index = 0; index <= part_count_; ++index) {
-    const UpdatePart& part = parts_[index];
+  for (const UpdatePart& part : parts_) {
     facts.add(part.facts);
     if (!part.some_body) continue;
     if (!some_body_) some_body_ = part.some_body;
@@ -241,10 +238,7 @@ void GeomUpdate::resizeTo(std::size_t slots) {
     count(states_[slot], -1, facts_);
     watched_.erase(static_cast<Slot>(slot));
   }
-  boxes_.size = slots;
-  boxes_.wide ? boxes_.wide_boxes.resize(slots) : boxes_.boxes.resize(slots);
-  boxes_.bits.resize(slots);
-  boxes_.bodies.resize(slots);
+  boxes_.resize(slots);
   states_.resize(slots);
   watched_.growTo(slots);
   UpdatePart unread;

@@ -78,7 +78,6 @@ class GeomUpdate {
 
   BoxSet boxes_;
   std::vector<UpdatePart> parts_;
-  int part_count_ = 0;
   UpdateFacts facts_;
   std::uintptr_t some_body_ = 0;  // of those packed
   GeomPacker packer_;
