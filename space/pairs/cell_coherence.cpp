@@ -68,12 +68,7 @@ bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
       same.store(false, std::memory_order_relaxed);
     }
   });
-  if (!same) return false;
-  if (back_off_.waits()) {
-    back_off_.pass();
-    return false;
-  }
-  return reuses_ < longest_reuse;
+  return same && reuses_ < longest_reuse;
 }
 
 template <class Real>
@@ -83,13 +78,8 @@ bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
     listSpans(trees, level, spans_);
     good = good && !haveGrown(spans_, spans_when_cut_[level - 1]);
   }
-  if (good) {
-    if (++reuses_ > 1) back_off_.paid();
-    return true;
-  }
-  known_ = false;
-  if (reuses_ == 0) back_off_.failed();
-  return false;
+  ++reuses_;
+  return good;
 }
 
 template <class Real>
