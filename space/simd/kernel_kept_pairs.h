@@ -39,8 +39,7 @@ inline Bounds boundsOf(const Box& box) {
 }
 inline Bounds limitsOf(const Box& box) {
   const float *const lower = box.lower, *const upper = box.upper;
-  return {Four{upper[0], upper[1], upper[2], -lower[0]},
-          Four{upper[2], -lower[0], -lower[1], -lower[2]}};
+  return boundsOf({{upper[0], upper[1], upper[2]}, {lower[0], lower[1], lower[2]}});
 }
 inline unsigned lanesOf(const FourBits& both) {
 #if defined(__SSE2__)
