@@ -8,16 +8,34 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
+#include "space/base/pair_list.h"
 #include "space/base/platform.h"
 #include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
 #include "space/cache/fat_proxies.h"
-#include "space/cache/plane_pairs.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
 #include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
+
+// The bounding boxes of oblique planes overlap all others. So finders do without culled planes,
+// which are tested geom by geom. Their pairs are kept like any other.
+class PlanePairs {
+ public:
+  // Finds the pairs of planes that are packed, and makes the boxes of these planes inactive.
+  void take(dxGeom* const* geoms, GeomUpdate& update, int threads);
+  bool any() const { return set_.count() != 0; }
+  // These pairs, ascending.
+  PairList& found() { return pairs_.found(); }
+  // Puts them into `pairs`, which are ascending, and the boxes back.
+  void putBack(dxGeom* const* geoms, BoxSet& boxes, int threads, PairList& pairs);
+  std::size_t bytes() const { return bytesOf(set_, pairs_); }
+
+ private:
+  SlotSet set_;
+  ChangedPairs pairs_;
+};
 
 // A proxy is a box with a margin. While boxes stay in their proxies, the pairs that overlap are
 // among the candidates, the pairs of proxies. Candidates are kept in their order; those of proxies

@@ -1,11 +1,10 @@
-#include "space/cache/plane_pairs.h"
-
 #include <algorithm>
 
 #include "space/base/floating_point.h"
 #include "space/base/packed_pair_rule.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
+#include "space/cache/pair_cache.h"
 #include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {

@@ -1,11 +1,10 @@
-#include "space/pairs/cell_coherence.h"
-
 #include <algorithm>
 #include <atomic>
 
 #include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
+#include "space/pairs/sweep.h"
 
 namespace ode_parallel_sap {
 
