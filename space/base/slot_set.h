@@ -45,6 +45,13 @@ class SlotSet {
       for (std::uint64_t word = words_[i]; word; word &= word - 1)
         visit(static_cast<Slot>(i * word_slots + __builtin_ctzll(word)));
   }
+  // Leaves those below `slots` in `list`, ascending.
+  void listBelow(std::size_t slots, Buffer<Slot>& list) const {
+    list.resizeDiscarding(0);
+    forEach([&](Slot slot) {
+      if (slot < slots) list.push_back(slot);
+    });
+  }
 
   // The first slot of the set that is not before `slot`; if there is none, past all.
   Slot firstFrom(Slot slot) const {

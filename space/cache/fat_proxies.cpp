@@ -192,10 +192,7 @@ int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
 // once the strays in it have cost as much.
 int FatProxies::follow(const BoxSet& boxes, int threads) {
   ++frames_;
-  leaving_.resizeDiscarding(0);
-  left_.forEach([&](Slot slot) {
-    if (slot < boxes.size) leaving_.push_back(slot);
-  });
+  left_.listBelow(boxes.size, leaving_);
   kept_ = candidates_.size();
   if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
   fat_.resize(boxes.size);

@@ -197,7 +197,6 @@ Found Pipeline::findAnew(Frame& frame) {
   call.scene.noteClean();
 
   frame.clock.begin(Stage::synchronise);
-  stages_->geom_update.synchronise();
   BoxSet& boxes = stages_->geom_update.boxes();
   noteUpdate(frame);
   PlanePairs& planes = stages_->cache.planes();

@@ -1,10 +1,9 @@
-#include "space/geoms/coarse_boxes.h"
-
 #include <algorithm>
 
 #include "space/base/floating_point.h"
 #include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"
+#include "space/geoms/geom_update.h"
 #include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {

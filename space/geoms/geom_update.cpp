@@ -102,16 +102,9 @@ int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
 
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
-  if (changed) listSlots(*changed, slots);
+  if (changed) changed->listBelow(slots, slots_);
   forGeoms(changed ? listed(geoms) : Geoms{geoms, slots}, threads,
            [](const dxGeom*, Slot, UpdatePart&) {});
-}
-
-void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
-  slots_.resizeDiscarding(0);
-  set.forEach([&](Slot slot) {
-    if (slot < slots) slots_.push_back(slot);
-  });
 }
 
 int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads) {
@@ -138,7 +131,12 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     const bool wide =
         coarse_boxes_.overlapInVain(geoms, states_, static_cast<std::size_t>(facts_.coarse),
                                     boxes_.size / (boxes_.wide ? 8 : 2));
-    if (wide == boxes_.wide || repeated) return used;
+    if (wide == boxes_.wide || repeated) {
+      boxes_.exact = facts_.exact_boxes || boxes_.wide;
+      boxes_.filter_bits = facts_.filter_bits;
+      boxes_.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
+      return used;
+    }
     boxes_.wide = wide;
     (wide ? boxes_.boxes.release() : boxes_.wide_boxes.release());
   }
@@ -155,12 +153,6 @@ UpdateFacts GeomUpdate::mergeParts() {
   }
   std::sort(facts.newly_invalid.begin(), facts.newly_invalid.end());
   return facts;
-}
-
-void GeomUpdate::synchronise() {
-  boxes_.exact = facts_.exact_boxes || boxes_.wide;
-  boxes_.filter_bits = facts_.filter_bits;
-  boxes_.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
 }
 
 void GeomUpdate::watchAll() {
@@ -250,7 +242,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
                         const SlotSet& changed) {
   if (!watching_) watchAll();
   resizeTo(slots);
-  listSlots(changed, slots);
+  changed.listBelow(slots, slots_);
   facts_.moved = 0;
   const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
     count(states_[slot], -1, part.facts);

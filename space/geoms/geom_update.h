@@ -9,10 +9,37 @@
 #include "space/base/buffer.h"
 #include "space/base/parallel.h"
 #include "space/base/slot_set.h"
-#include "space/geoms/coarse_boxes.h"
 #include "space/geoms/geom_packer.h"
 
 namespace ode_parallel_sap {
+
+// Boxes that floats make clearly larger overlap others in vain only where they are close together.
+// Bodies that have fallen out of a scene, and the small ones of a scene of all sizes, are coarse,
+// but lie far apart.
+class CoarseBoxes {
+ public:
+  // Whether more than about `most` pairs of the `coarse` boxes overlap in floats alone, by a sample
+  // of them. If so, they count as doing so for some frames. Needs clean geoms.
+  bool overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse,
+                     std::size_t most);
+  // Whether there are so many more of them since that the answer may be another.
+  bool areManyMore(std::size_t coarse) const { return coarse > 2 * sampled_of_ + most_sampled; }
+  std::size_t bytes() const { return bytesOf(sample_); }
+
+ private:
+  static constexpr std::size_t most_sampled = 512;
+  struct Sampled {
+    Box box;
+    const dxGeom* geom;
+  };
+  void take(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse);
+
+  std::vector<Sampled> sample_;
+  int axis_ = 0;                // by which it is sorted
+  std::size_t sampled_of_ = 0;  // coarse boxes
+  bool answer_ = false;
+  int age_ = 0;  // of the answer, in frames
+};
 
 // The paper's first half: each thread brings the AABBs of its n/c geoms up to date and writes their
 // boxes to a part of the storage that is its own; joining the parts then moves no box.
@@ -23,10 +50,8 @@ class GeomUpdate {
   void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
 
   // Brings all up to date and fills boxes(), with doubles where floats would be too coarse for the
-  // scene. Returns the number of threads used.
+  // scene, and by which filters they are to be paired. Returns the number of threads used.
   int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads);
-  // Says by which filters boxes() are to be paired. Call after pack().
-  void synchronise();
 
   // Whether repack() may follow what was packed last.
   bool canRepack() const { return facts_.exact_bits && facts_.exact_bodies; }
@@ -74,7 +99,6 @@ class GeomUpdate {
   void watchAll();
   void resizeTo(std::size_t slots);
   bool takeOver(const UpdateFacts& packed);
-  void listSlots(const SlotSet& set, std::size_t slots);
 
   BoxSet boxes_;
   std::vector<UpdatePart> parts_;
