@@ -1,6 +1,5 @@
-#include "space/contacts/certainly_apart.h"
-
 #include "space/base/floating_point.h"
+#include "space/contacts/narrow_phase.h"
 #include "space/geoms/ode_private.h"
 #include "space/simd/kernels.h"
 

@@ -222,16 +222,11 @@ void NarrowPhase::collideOne(const dParallelSAPPair& pair, const ContactRequest&
     request.report(pair, contacts.data(), found);
 }
 
-std::size_t NarrowPhase::contacts() const {
-  std::size_t contacts = 0;
-  for (const Share& share : shares_) contacts += share.contacts.size();
-  return contacts;
-}
-
-std::size_t NarrowPhase::apart() const {
-  std::size_t all = 0;
-  for (const Share& share : shares_) all += share.apart;
-  return all;
+void NarrowPhase::count(dParallelSAPStats& stats) const {
+  for (const Share& share : shares_) {
+    stats.contacts += share.contacts.size();
+    stats.apart += share.apart;
+  }
 }
 
 }  // namespace ode_parallel_sap

@@ -10,7 +10,6 @@
 
 #include "space/base/buffer.h"
 #include "space/base/parallel.h"
-#include "space/contacts/certainly_apart.h"
 #include "space/contacts/thread_colliders.h"
 #include "space/geoms/assertions.h"
 
@@ -18,6 +17,27 @@ namespace ode_parallel_sap {
 
 class ContactPairs;
 struct Scene;
+
+// fixed: as many pairs as are tested at a time, a bit of a word each.
+constexpr std::size_t most_apart_pairs = 32;
+
+// Pairs by bits.
+struct ApartBoxes {
+  std::uint32_t tested;
+  std::uint32_t apart;  // of those, pairs of which dCollide returns 0
+
+  std::size_t count() const { return static_cast<std::size_t>(__builtin_popcount(apart)); }
+};
+
+// Tests those pairs [0, count) of two boxes that are in `wanted`, for which dCollide is called
+// without CONTACTS_UNIMPORTANT: with it ODE's collider of boxes does not look along all axes. A
+// pose that dCollide would have to bring up to date first leaves its pair untested.
+//
+// What ODE's collider (0.16) decides by its own computations is what counts, not the shapes:
+// `apart` holds what it finds apart whatever the errors of rounding are, its and those made here,
+// in every rounding mode, with denormals flushed or not, and whatever numbers poses, sizes and
+// matrices hold. It takes the rest for one that might touch.
+ApartBoxes certainlyApart(const dParallelSAPPair* pairs, std::size_t count, std::uint32_t wanted);
 
 // The arguments of dParallelSAPSpaceCollideContacts.
 struct ContactRequest {
@@ -47,7 +67,7 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
 // contacts are found again: they are reported in the order of the pairs.
 //
 // There are four passes: all pairs, of which those that are certainly apart are left out
-// (certainly_apart.h) and light ones collided on the spot; heavy pairs, a few at a time; pairs for
+// (certainlyApart) and light ones collided on the spot; heavy pairs, a few at a time; pairs for
 // threads with a collider of their own; and pairs that only the calling thread may collide
 // (collider_threads.h). Each thread appends contacts to its own storage, which the next frame uses
 // again. A thread begins with its own part of the list: neighbours there share geoms, and their
@@ -72,8 +92,8 @@ class NarrowPhase {
     const Found& found = found_[pair];
     return {shares_[found.thread].contacts.data() + found.first, found.count};
   }
-  std::size_t contacts() const;
-  std::size_t apart() const;  // pairs of boxes that are
+  // Adds the contacts, and the pairs of boxes that are apart.
+  void count(dParallelSAPStats& stats) const;
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.

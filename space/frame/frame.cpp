@@ -114,8 +114,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
         narrow_phase.run(pairs.list(), request, frame.plan.most_threads, call.manual_cleanup);
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
-    frame.stats.contacts = narrow_phase.contacts();
-    frame.stats.apart = narrow_phase.apart();
+    narrow_phase.count(frame.stats);
     if (watchers_ && !call.scene.nested && watchers_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place)
         watchers_->see(pairs.list()[place].o1, pairs.list()[place].o2);

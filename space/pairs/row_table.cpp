@@ -78,8 +78,6 @@ void RowTable<Real>::Space::growRows(std::size_t words) {
 
 template <class Real>
 void RowTable<Real>::start(std::size_t slots, int threads) {
-  slots_ = slots;
-  threads_ = threads;
   while (spaces_.size() < static_cast<std::size_t>(threads))
     spaces_.push_back(std::make_unique<Space>());
   rows_.resizeDiscarding(slots);
@@ -92,12 +90,12 @@ void RowTable<Real>::start(std::size_t slots, int threads) {
 
 template <class Real>
 int RowTable<Real>::writePairs(bool exact, int threads, PairList& pairs) {
-  const std::size_t chunks = chunksOf(slots_);
+  const std::size_t slots = rows_.size(), chunks = chunksOf(slots);
   chunk_begin_.resizeDiscarding(chunks + 1);
   std::size_t count = 0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
     chunk_begin_[chunk] = count;
-    for (int thread = 0; thread < threads_; ++thread) count += spaces_[thread]->pair_counts[chunk];
+    for (int thread = 0; thread < threads; ++thread) count += spaces_[thread]->pair_counts[chunk];
   }
   chunk_begin_[chunks] = count;
   pairs.clear(1);
@@ -105,12 +103,12 @@ int RowTable<Real>::writePairs(bool exact, int threads, PairList& pairs) {
   Pair* const written = pairs.parts[0].data();
   if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
   for (auto& segments : borderline_) segments.clear();
-  const int team = teamFor(count + slots_, grains::sorted_records, threads);
+  const int team = teamFor(count + slots, grains::sorted_records, threads);
   const int used = runChunks(
       writing, team, chunks, 1,
       [&](const Range& range, int thread) {
         const std::size_t first = range.begin * row_chunk;
-        const std::size_t last = std::min(first + row_chunk, slots_);
+        const std::size_t last = std::min(first + row_chunk, slots);
         const std::size_t begin = chunk_begin_[range.begin], end = chunk_begin_[range.begin + 1];
         if (kernelSet().writeRows(rows_.data(), first, last, exact, written + begin, written + end))
           noteBorderline(written, {0, begin, end}, borderline_[thread]);

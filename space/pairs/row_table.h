@@ -21,7 +21,8 @@ class RowTable {
   void start(std::size_t slots, int threads);
   // Where a kernel of that thread puts rows.
   RowSpace<Real>& space(int thread) { return *spaces_[thread]; }
-  // Leaves the pairs of all rows in `pairs` as one part. Returns the number of threads used.
+  // Leaves the pairs of all rows, which so many threads found, in `pairs` as one part. Returns the
+  // number of threads used.
   int writePairs(bool exact, int threads, PairList& pairs);
   std::size_t bytes() const { return bytesOf(rows_, spaces_, chunk_begin_, borderline_); }
 
@@ -44,8 +45,6 @@ class RowTable {
     Buffer<std::uint64_t> slot_marks;
   };
 
-  std::size_t slots_ = 0;
-  int threads_ = 0;
   Buffer<Row> rows_;  // by slot
   std::vector<std::unique_ptr<Space>> spaces_;
   Buffer<std::size_t> chunk_begin_;

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "space/contacts/certainly_apart.h"
+#include "space/contacts/narrow_phase.h"
 #include "space/simd/kernels.h"
 #include "support/catch.hpp"
 #include "support/floating_point.h"
