@@ -10,7 +10,7 @@
 namespace ode_parallel_sap {
 namespace device {
 
-// AxisRows (space/paper/endpoint_lists.h) of `count` boxes, and the list of the axis's pairs: of
+// AxisRows (space/paper/axis_lists.h) of `count` boxes, and the list of the axis's pairs: of
 // the pairs [first, last) the later box.
 struct AxisView {
   const std::uint32_t *order, *ranks, *reach;

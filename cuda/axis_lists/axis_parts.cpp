@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
 
 #include "space/base/parallel.h"
 
@@ -36,13 +35,13 @@ void AxisPart::restrict(const AxisRows& whole, AxisRows& rows) {
   rows.layOut();
 }
 
-void AxisPart::cut(const AxisRows* const (&whole)[3], const AxisChoice& axes, int part, int parts) {
-  const AxisRows& fullest = *whole[axes.fullest];
+void AxisPart::cut(const AxisRows (&whole)[3], const AxisChoice& axes, int part, int parts) {
+  const AxisRows& fullest = whole[axes.fullest];
   const Range range = partOf(fullest.pairs(), part, parts);
   begin_ = range.begin;
   end_ = range.end;
   if (parts == 1) {
-    std::copy(std::begin(whole), std::end(whole), rows_);
+    for (int axis = 0; axis < 3; ++axis) rows_[axis] = &whole[axis];
     slots_ = nullptr;
     return;
   }
@@ -60,7 +59,7 @@ void AxisPart::cut(const AxisRows* const (&whole)[3], const AxisChoice& axes, in
   count_ = last - first;
   numbers_.resizeDiscarding(fullest.ranks.size());
   for (int axis = 0; axis < 3; ++axis) {
-    restrict(*whole[axis], own_[axis]);
+    restrict(whole[axis], own_[axis]);
     rows_[axis] = &own_[axis];
   }
 }

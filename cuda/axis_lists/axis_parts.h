@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "space/base/buffer.h"
-#include "space/paper/endpoint_lists.h"
+#include "space/paper/axis_lists.h"
 
 namespace ode_parallel_sap {
 
@@ -16,7 +16,7 @@ class AxisPart {
   // The part-th of `parts` parts with equal numbers of pairs of the fullest axis. With one part
   // boxes keep their numbers and `whole` is used as it is: it must outlive the part. Not to be
   // copied.
-  void cut(const AxisRows* const (&whole)[3], const AxisChoice& axes, int part, int parts);
+  void cut(const AxisRows (&whole)[3], const AxisChoice& axes, int part, int parts);
 
   const AxisRows& rows(int axis) const { return *rows_[axis]; }
   // The pairs [begin, end) of its fullest axis are this part's; its other pairs are another's.

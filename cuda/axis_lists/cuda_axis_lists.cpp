@@ -155,8 +155,8 @@ void CudaAxisLists::useDevices(const std::vector<int>& devices) {
 
 // One thread a device cuts its part out of the scene, and has its device find the pairs. Returns
 // the number of threads.
-int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) {
-  const AxisChoice axes = chooseAxes({rows[0]->pairs(), rows[1]->pairs(), rows[2]->pairs()});
+int CudaAxisLists::findOnDevices(int threads) {
+  const AxisChoice axes = chooseAxes(rows_);
   const int count = static_cast<int>(shares_.size());
   int used = 1;
   try {
@@ -164,7 +164,7 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
       for (int i = thread; i < count; i += team) {
         noteWork();
         Share& share = shares_[i];
-        share.part.cut(rows, axes, i, count);
+        share.part.cut(rows_, axes, i, count);
         share.on.checkContext();
         const ScopedDevice device(share.on.driverContext());
         cudaGetLastError();  // not ours
@@ -183,7 +183,6 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
 }
 
 // Slots instead of boxes, filters, marks and order, over the pairs of all devices.
-template <class Real>
 void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
   std::size_t count = 0;
   for (const Share& share : shares_) count += share.found.size();
@@ -198,22 +197,12 @@ void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
                 to.resize(before + (range.end - range.begin));
                 Pair* end = to.data() + before;
                 for (std::size_t i = range.begin; i < range.end; ++i)
-                  end = writePair<Real>(boxes, share.part.slotOf(earlierOf(share.found[i])),
-                                        share.part.slotOf(laterOf(share.found[i])), end);
+                  end = writePair(boxes, share.part.slotOf(earlierOf(share.found[i])),
+                                  share.part.slotOf(laterOf(share.found[i])), end);
                 to.resize(end - to.data());
               });
   }
   sortPairs(finished_, boxes.size, threads, scratch_, pairs);
-}
-
-template <class Real>
-int CudaAxisLists::findIn(EndpointLists<Real>& endpoints, const BoxSet& boxes, int threads,
-                          PairList& pairs) {
-  endpoints.update(boxes, threads);
-  const AxisRows* const rows[3] = {&endpoints.axis(0), &endpoints.axis(1), &endpoints.axis(2)};
-  const int used = findOnDevices(rows, threads);
-  finish<Real>(boxes, threads, pairs);
-  return used;
 }
 
 int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
@@ -222,12 +211,14 @@ int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
     return 1;
   }
   const ScopedMode mode(exactMode());
-  return boxes.wide ? findIn(wide_endpoints_, boxes, threads, pairs)
-                    : findIn(endpoints_, boxes, threads, pairs);
+  sortAxes(boxes, threads, rows_);
+  const int used = findOnDevices(threads);
+  finish(boxes, threads, pairs);
+  return used;
 }
 
 std::size_t CudaAxisLists::bytes() const {
-  std::size_t bytes = bytesOf(endpoints_, wide_endpoints_, finished_, scratch_);
+  std::size_t bytes = bytesOf(rows_, finished_, scratch_);
   for (const Share& share : shares_) bytes += bytesOf(share.part, share.found);
   return bytes;
 }

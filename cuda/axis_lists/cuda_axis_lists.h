@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "space/base/pair_finder.h"
-#include "space/paper/endpoint_lists.h"
+#include "space/paper/axis_lists.h"
 
 namespace ode_parallel_sap {
 
@@ -30,14 +30,10 @@ class CudaAxisLists final : public PairFinder {
 
  private:
   struct Share;  // what belongs to one device
-  template <class Real>
-  int findIn(EndpointLists<Real>& endpoints, const BoxSet& boxes, int threads, PairList& pairs);
-  int findOnDevices(const AxisRows* const (&rows)[3], int threads);
-  template <class Real>
+  int findOnDevices(int threads);
   void finish(const BoxSet& boxes, int threads, PairList& pairs);
 
-  EndpointLists<float> endpoints_;
-  EndpointLists<double> wide_endpoints_;
+  AxisRows rows_[3];
   std::vector<Share> shares_;
   std::vector<Buffer<Pair>> finished_;  // one a thread
   Buffer<Pair> scratch_;                // to sort with

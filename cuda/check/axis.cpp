@@ -157,7 +157,7 @@ void timeAxisLists(int threads) {
     BoxSet boxes;
     PairList pairs;
     sceneOf("cube").fill(size, 11, boxes);
-    AxisLists<float> cpu;
+    AxisLists cpu;
     cpu.find(boxes, threads, pairs);
     const double cpu_one = medianMs(3, [&] { cpu.find(boxes, 1, pairs); });
     const double cpu_all = medianMs(3, [&] { cpu.find(boxes, threads, pairs); });

@@ -27,11 +27,10 @@ inline bool passesFilters(const BoxSet& boxes, Slot a, Slot b) {
 
 // Writes the pair of two slots whose boxes overlap, if it passes the filters, to *to. Returns what
 // comes after it.
-template <class Real>
 inline Pair* writePair(const BoxSet& boxes, Slot a, Slot b, Pair* to) {
   if (!passesFilters(boxes, a, b)) return to;
   *to = a < b ? makePair(a, b) : makePair(b, a);
-  if (!boxes.exact && isBorderline(boxesOf<Real>(boxes)[a], boxesOf<Real>(boxes)[b]))
+  if (!boxes.exact && !boxes.wide && isBorderline(boxes.boxes[a], boxes.boxes[b]))
     *to |= borderline_bit;
   return to + 1;
 }

@@ -8,7 +8,6 @@ set(round_one_by_one "$<$<COMPILE_LANG_AND_ID:CXX,GNU,Clang,AppleClang>:-ffp-con
 set(core "${CMAKE_CURRENT_LIST_DIR}/..")
 add_library(
   ode-parallel-sap-core OBJECT
-  ${core}/paper/endpoint_lists.cpp
   ${core}/cache/fat_proxies.cpp
   ${core}/cache/changed_pairs.cpp
   ${core}/base/platform.cpp

@@ -15,19 +15,17 @@
 
 namespace ode_parallel_sap {
 
-// The methods that run on the CPU, each for boxes of floats and of doubles.
+// The methods that run on the CPU for boxes of floats or of doubles.
 template <class Real>
 struct FindersOf {
   BruteForce<Real> brute_force;
   Sweep<Real> sweep;
-  AxisLists<Real> axis_lists;
 
   PairFinder& of(int method) {
     if (method == dParallelSAPMethodBruteForce) return brute_force;
-    if (method == dParallelSAPMethodAxisLists) return axis_lists;
     return sweep;
   }
-  std::size_t bytes() const { return bytesOf(brute_force, sweep, axis_lists); }
+  std::size_t bytes() const { return bytesOf(brute_force, sweep); }
 };
 
 // How the pairs were found.
@@ -47,7 +45,9 @@ class Extraction {
     found.method = plan.method;
     if (plan.devices > 0) found.devices = devices_.find(boxes, plan, pairs);
     if (found.devices > 0) return found;
-    PairFinder& finder = boxes.wide ? doubles_.of(plan.method) : floats_.of(plan.method);
+    PairFinder& finder = plan.method == dParallelSAPMethodAxisLists ? axis_lists_
+                         : boxes.wide                               ? doubles_.of(plan.method)
+                                                                    : floats_.of(plan.method);
     found.threads = finder.find(boxes, plan.threads, pairs);
     return found;
   } catch (const ListsTooLong& lists) {
@@ -64,12 +64,14 @@ class Extraction {
   void release() {
     floats_ = {};
     doubles_ = {};
+    axis_lists_ = {};
   }
-  std::size_t bytes() const { return bytesOf(floats_, doubles_, devices_); }
+  std::size_t bytes() const { return bytesOf(floats_, doubles_, axis_lists_, devices_); }
 
  private:
   FindersOf<float> floats_;
   FindersOf<double> doubles_;
+  AxisLists axis_lists_;
   DeviceBackend devices_;
 };
 

@@ -16,7 +16,30 @@ namespace {
 // In place of the later box of an entry that does not overlap after all.
 constexpr Slot no_slot = ~Slot{0};
 
-Region filling("axis lists: places"), meeting("axis lists: pairs of all axes");
+Region sorting("end points: axes"), filling("axis lists: places"),
+    meeting("axis lists: pairs of all axes");
+
+// Closed intervals: a row reaches lower bounds that are equal to the box's upper one.
+template <class Real>
+void findRows(const BasicBox<Real>* boxes, std::size_t slots, int axis, AxisRows& rows) {
+  rows.order.resizeDiscarding(0);
+  for (std::size_t slot = 0; slot < slots; ++slot)
+    if (isActive(boxes[slot])) rows.order.push_back(static_cast<std::uint32_t>(slot));
+  std::uint32_t *const begin = rows.order.begin(), *const end = rows.order.end();
+  std::stable_sort(begin, end, [=](std::uint32_t a, std::uint32_t b) {
+    return boxes[a].lower[axis] < boxes[b].lower[axis];
+  });
+  rows.ranks.resizeDiscarding(slots);
+  rows.reach.resizeDiscarding(rows.order.size());
+  for (std::uint32_t rank = 0; rank < rows.order.size(); ++rank) {
+    const std::uint32_t slot = rows.order[rank];
+    const auto isBelow = [=](Real upper, std::uint32_t b) { return upper < boxes[b].lower[axis]; };
+    rows.ranks[slot] = rank;
+    rows.reach[rank] = static_cast<std::uint32_t>(
+        std::upper_bound(begin, end, boxes[slot].upper[axis], isBelow) - begin);
+  }
+  rows.layOut();
+}
 
 // Lists get some room to grow.
 std::uint64_t roomFor(std::uint64_t pairs) {
@@ -55,18 +78,48 @@ bool holds(const AxisRows& rows, const Slot* list, Slot a, Slot b) {
 
 }  // namespace
 
-template <class Real>
-void AxisLists<Real>::reserveLists() {
+std::uint32_t AxisRows::rowOf(std::uint64_t place) const {
+  return static_cast<std::uint32_t>(
+      std::upper_bound(begins.data(), begins.data() + order.size(), place) - begins.data() - 1);
+}
+
+void AxisRows::layOut() {
+  const std::size_t count = order.size();
+  begins.resizeDiscarding(count + 1);
+  inverted = false;
+  std::uint64_t place = 0;
+  for (std::size_t row = 0; row < count; ++row) {
+    begins[row] = place;
+    if (reach[row] > row + 1) place += reach[row] - row - 1;
+    inverted |= reach[row] <= row;
+  }
+  begins[count] = place;
+}
+
+void sortAxes(const BoxSet& boxes, int threads, AxisRows (&rows)[3]) {
+  const int most = teamFor(boxes.size, grains::sorted_members, threads);
+  runTeam(sorting, most, [&](int thread, int team) {
+    for (int axis = thread; axis < 3; axis += team) {
+      noteWork();
+      if (boxes.wide)
+        findRows(boxes.wide_boxes.data(), boxes.size, axis, rows[axis]);
+      else
+        findRows(boxes.boxes.data(), boxes.size, axis, rows[axis]);
+    }
+  });
+}
+
+void AxisLists::reserveLists() {
   std::uint64_t needed = 0, held = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    needed += roomFor(endpoints_.axis(axis).pairs()) * sizeof(Slot);
+    needed += roomFor(rows_[axis].pairs()) * sizeof(Slot);
     held += lists_[axis].bytes();
   }
   const std::uint64_t most = most_list_bytes.load(std::memory_order_relaxed);
   const std::uint64_t allowed = most ? most : needed <= held ? held : (freeMemory() + held) / 2;
   if (needed > allowed) throw ListsTooLong(needed, allowed);
   for (int axis = 0; axis < 3; ++axis) {
-    const std::uint64_t pairs = endpoints_.axis(axis).pairs();
+    const std::uint64_t pairs = rows_[axis].pairs();
     if (lists_[axis].capacity() < pairs) {
       lists_[axis].release();
       lists_[axis].reserve(roomFor(pairs));
@@ -75,11 +128,10 @@ void AxisLists<Real>::reserveLists() {
 }
 
 // The pairs [begin, end) of the fullest axis that the others hold, too.
-template <class Real>
-void AxisLists<Real>::meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin,
-                           std::uint64_t end, Buffer<Pair>& found) const {
-  const AxisRows &first = endpoints_.axis(axes.fullest), &second = endpoints_.axis(axes.second),
-                 &third = endpoints_.axis(axes.third);
+void AxisLists::meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin,
+                     std::uint64_t end, Buffer<Pair>& found) const {
+  const AxisRows &first = rows_[axes.fullest], &second = rows_[axes.second],
+                 &third = rows_[axes.third];
   forRows(first, begin, end, [&](std::uint32_t row, std::uint64_t place, std::uint64_t row_end) {
     const Slot a = first.order[row];
     for (; place < row_end; ++place) {
@@ -88,26 +140,24 @@ void AxisLists<Real>::meet(const BoxSet& boxes, const AxisChoice& axes, std::uin
           !holds(third, lists_[axes.third].data(), a, b))
         continue;
       Pair pair;
-      if (writePair<Real>(boxes, a, b, &pair) != &pair) found.push_back(pair);
+      if (writePair(boxes, a, b, &pair) != &pair) found.push_back(pair);
     }
   });
 }
 
-template <class Real>
-int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+int AxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
   if (boxes.size < 2) {
     pairs.clear(1);
     return 1;
   }
   const ScopedMode mode(exactMode());
-  endpoints_.update(boxes, threads);
+  sortAxes(boxes, threads, rows_);
   reserveLists();
-  const AxisChoice axes = chooseAxes(
-      {endpoints_.axis(0).pairs(), endpoints_.axis(1).pairs(), endpoints_.axis(2).pairs()});
-  const std::uint64_t count = endpoints_.axis(axes.fullest).pairs();
+  const AxisChoice axes = chooseAxes(rows_);
+  const std::uint64_t count = rows_[axes.fullest].pairs();
   threads = teamFor(count, grains::axis_pairs, threads);
   for (int axis = 0; axis < 3; ++axis) {
-    const AxisRows& rows = endpoints_.axis(axis);
+    const AxisRows& rows = rows_[axis];
     runChunks(filling, threads, rows.pairs(), chunkOf(rows.pairs(), chunk_pairs, threads),
               [&](const Range& range, int) {
                 fillPlaces(rows, range.begin, range.end, lists_[axis].data());
@@ -122,8 +172,5 @@ int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   sortPairs(found_, boxes.size, threads, scratch_, pairs);
   return used;
 }
-
-template class AxisLists<float>;
-template class AxisLists<double>;
 
 }  // namespace ode_parallel_sap

@@ -71,8 +71,8 @@ TEST_CASE("The pairs of each axis are counted as they are, before any are listed
     CAPTURE(scene.name);
     const std::vector<sap_test::Box> made = scene.make(500, seed);
     const Case wanted = makeCase(made, true, false);
-    EndpointLists<double> lists;
-    lists.update(wanted.boxes, 2);
+    AxisRows rows[3];
+    sortAxes(wanted.boxes, 2, rows);
     std::uint64_t all = 0;
     for (int axis = 0; axis < 3; ++axis) {
       std::uint64_t pairs = 0;
@@ -80,10 +80,10 @@ TEST_CASE("The pairs of each axis are counted as they are, before any are listed
         for (std::size_t j = i + 1; j < made.size(); ++j)
           pairs +=
               made[i].low[axis] <= made[j].high[axis] && made[j].low[axis] <= made[i].high[axis];
-      REQUIRE(lists.axis(axis).pairs() == pairs);
+      REQUIRE(rows[axis].pairs() == pairs);
       all += pairs;
     }
-    AxisLists<double> finder;
+    AxisLists finder;
     PairList list;
     most_list_bytes = 4 * all - 1;
     REQUIRE_THROWS_AS(finder.find(wanted.boxes, 2, list), ListsTooLong);
@@ -102,10 +102,9 @@ TEST_CASE("Parts of a scene hold each pair once between them, in equal stretches
     std::vector<sap_test::Box> made = scene.make(400, seed);
     for (int frame = 0; frame < 4; ++frame) changeScene(made, frame, random);
     const Case wanted = makeCase(made, true, false);
-    EndpointLists<double> lists;
-    lists.update(wanted.boxes, 1);
-    const AxisRows* const rows[3] = {&lists.axis(0), &lists.axis(1), &lists.axis(2)};
-    const AxisChoice axes = chooseAxes({rows[0]->pairs(), rows[1]->pairs(), rows[2]->pairs()});
+    AxisRows rows[3];
+    sortAxes(wanted.boxes, 1, rows);
+    const AxisChoice axes = chooseAxes(rows);
     AxisPart part;  // one for all: what it held before must not matter
     for (const int parts : {1, 2, 3, 4, 7, 64}) {
       CAPTURE(scene.name, parts);
@@ -114,13 +113,13 @@ TEST_CASE("Parts of a scene hold each pair once between them, in equal stretches
       for (int i = 0; i < parts; ++i) {
         part.cut(rows, axes, i, parts);
         const std::uint64_t size = part.end() - part.begin();
-        REQUIRE(size - rows[axes.fullest]->pairs() / parts <= 1);
+        REQUIRE(size - rows[axes.fullest].pairs() / parts <= 1);
         REQUIRE(part.end() <= part.rows(axes.fullest).pairs());
         covered += size;
         const std::vector<Pair> found = pairsOf(part, axes);
         all.insert(all.end(), found.begin(), found.end());
       }
-      REQUIRE(covered == rows[axes.fullest]->pairs());
+      REQUIRE(covered == rows[axes.fullest].pairs());
       std::sort(all.begin(), all.end());
       REQUIRE(all == wanted.exact);
     }
