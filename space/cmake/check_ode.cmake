@@ -78,16 +78,13 @@ unset(ODE_PARALLEL_SAP_CHECKED CACHE)
 run_with_ode(probe_ode "The ODE ${ODE_PARALLEL_SAP_ODE_VERSION} that was found cannot be used" ode_says
              PkgConfig::ODE_PARALLEL_SAP_LIBODE)
 # Wine adds lines of its own when it runs for the first time.
-string(REGEX MATCH "[^\n;]+;(SINGLE|DOUBLE);(SINGLE|DOUBLE);[0-9]+;[0-9]+" ode_says "${ode_says}")
+string(REGEX MATCH "[^\n;]+;(SINGLE|DOUBLE);(SINGLE|DOUBLE);[0-9]+" ode_says "${ode_says}")
 set(ODE_HAS_TLS OFF)
-set(ODE_PARALLEL_SAP_BODY_FLAGS 0 CACHE INTERNAL "Where in a dxBody its flags are: bytes from its beginning")
 if(ode_says)
   list(GET ode_says 0 header_version)
   list(GET ode_says 1 header_precision)
   list(GET ode_says 2 library_precision)
   list(GET ode_says 3 ODE_HAS_TLS)
-  list(GET ode_says 4 body_flags)
-  set(ODE_PARALLEL_SAP_BODY_FLAGS ${body_flags} CACHE INTERNAL "Where in a dxBody its flags are: bytes from its beginning")
   if(NOT ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS" AND NOT header_version VERSION_EQUAL ODE_PARALLEL_SAP_ODE_VERSION)
     message(FATAL_ERROR "ODE is said to be version ${ODE_PARALLEL_SAP_ODE_VERSION}, by its header <ode/version.h> "
                         "it is ${header_version}. ${ode_remedies}")

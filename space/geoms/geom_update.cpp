@@ -37,8 +37,8 @@ bool areScattered(const dxGeom* first, const dxGeom* last) {
 }
 
 void prefetchStatus(const dxBody* body) {
-  // The configure-time probe has found them: the private header of bodies is not for us.
-  constexpr std::size_t flags = ODE_PARALLEL_SAP_BODY_FLAGS;
+  // fixed: where they are in ODE 0.16, whose private header of bodies is not for us.
+  constexpr std::size_t flags = 7 * sizeof(void*);
   prefetchFar(reinterpret_cast<const char*>(body) + flags);
 }
 
