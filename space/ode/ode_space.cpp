@@ -205,9 +205,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   slots_.add(geom, tail_);
   silent_.add(slot);
   noteMayBeSilent(slot);
-  const ParallelSAPSpace* const own =
-      IS_SPACE(geom) ? parallelSAPSpace(static_cast<dxSpace*>(geom)) : nullptr;
-  if (own && own->ever_swept_) noteSwept();
+  if (const auto* const own = parallelSAPSpace(geom); own && own->ever_swept_) noteSwept();
   noteMember();
   geom->next = nullptr;
   *tail_ = geom;
@@ -260,7 +258,7 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
   if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
   needs_clean_.store(true, std::memory_order_relaxed);
   const Slot slot = Slots::slotOf(geom);
-  if (IS_SPACE(geom) && !parallelSAPSpace(static_cast<dxSpace*>(geom))) noteMayBeSilent(slot);
+  if (IS_SPACE(geom) && !parallelSAPSpace(geom)) noteMayBeSilent(slot);
   noteChange(slot);
   if (!isLocked() || lock_count > 0) return;
   if (!IS_SPACE(geom))
@@ -274,7 +272,7 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
 void ParallelSAPSpace::noteMayBeSilent(Slot slot) {
   for (ParallelSAPSpace* space = this; space && space->silent_.noteChange(slot);) {
     slot = Slots::slotOf(space);
-    space = space->parent_space ? parallelSAPSpace(space->parent_space) : nullptr;
+    space = parallelSAPSpace(space->parent_space);
   }
 }
 
@@ -317,7 +315,7 @@ void ParallelSAPSpace::setSweptBounds(dReal step) {
 // For the spaces of ours around this one, too.
 void ParallelSAPSpace::noteSwept() {
   for (ParallelSAPSpace* space = this; space && !space->ever_swept_;
-       space = space->parent_space ? parallelSAPSpace(space->parent_space) : nullptr)
+       space = parallelSAPSpace(space->parent_space))
     space->ever_swept_ = true;
 }
 
@@ -331,9 +329,7 @@ bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
 void ParallelSAPSpace::updateSweptBounds() {
   bool any = false;
   silent_.slots().forEach([&](Slot slot) {
-    dxGeom* const geom = slots_.geoms()[slot];
-    ParallelSAPSpace* const own =
-        IS_SPACE(geom) ? parallelSAPSpace(static_cast<dxSpace*>(geom)) : nullptr;
+    ParallelSAPSpace* const own = parallelSAPSpace(slots_.geoms()[slot]);
     if (!own || !own->ever_swept_) return;
     own->cleanGeoms();
     own->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
@@ -472,9 +468,9 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
 // Has the geom of a query brought up to date by the space that it is in, or is.
 inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
   if (IS_SPACE(geom)) {
-    ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom));
+    ParallelSAPSpace* const other = parallelSAPSpace(geom);
     if (other && (other->ever_swept_ || !other->isClean())) other->cleanGeoms();
-  } else if (any_swept.load(std::memory_order_relaxed) && geom->parent_space) {
+  } else if (any_swept.load(std::memory_order_relaxed)) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space))
       other->updateSweptBoundsOf(geom);
   }
@@ -650,11 +646,12 @@ dParallelSAPStats ParallelSAPSpace::stats() {
 }
 
 // Mostly of the class that it was the last time, which is compared at once.
-ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {
+ParallelSAPSpace* parallelSAPSpace(dxGeom* geom) {
   static std::atomic<const std::type_info*> last{&typeid(ParallelSAPSpace)};
-  if (space && &typeid(*space) == last.load(std::memory_order_relaxed))
-    return static_cast<ParallelSAPSpace*>(space);
-  ParallelSAPSpace* const own = dynamic_cast<ParallelSAPSpace*>(space);
+  if (!geom || !IS_SPACE(geom)) return nullptr;
+  if (&typeid(*geom) == last.load(std::memory_order_relaxed))
+    return static_cast<ParallelSAPSpace*>(geom);
+  ParallelSAPSpace* const own = dynamic_cast<ParallelSAPSpace*>(geom);
   if (own) last.store(&typeid(*own), std::memory_order_relaxed);
   return own;
 }

@@ -164,7 +164,7 @@ class ParallelSAPSpace : public dxSpace {
   SpaceObservers observers_;
 };
 
-// The space behind an id, or null if it is not one of ours.
-ParallelSAPSpace* parallelSAPSpace(dSpaceID space);
+// The space that a geom, which may be null, is; null if it is none of ours.
+ParallelSAPSpace* parallelSAPSpace(dxGeom* geom);
 
 }  // namespace ode_parallel_sap
