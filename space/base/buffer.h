@@ -163,10 +163,10 @@ std::size_t bytesOf(const First& first, const Second& second, const Rest&... res
   return bytesOf(first) + bytesOf(second, rest...);
 }
 
-// Makes a list for each of so many threads, and all of them empty.
+// Makes as many lists, one for each thread of a team, and all of them empty.
 template <class T>
-void clearForTeam(std::vector<Buffer<T>>& lists, int threads) {
-  if (lists.size() < static_cast<std::size_t>(threads)) lists.resize(threads);
+void clearForTeam(std::vector<Buffer<T>>& lists, std::size_t count) {
+  if (lists.size() < count) lists.resize(count);
   for (Buffer<T>& list : lists) list.resizeDiscarding(0);
 }
 

@@ -51,8 +51,7 @@ struct PairList {
   std::size_t bytes() const { return bytesOf(parts, borderline); }
   // Empties `parts` parts for reuse; further ones keep their storage but hold nothing.
   void clear(std::size_t count) {
-    if (parts.size() < count) parts.resize(count);
-    for (Buffer<Pair>& part : parts) part.resizeDiscarding(0);
+    clearForTeam(parts, count);
     borderline.clear();
   }
 };

@@ -13,7 +13,8 @@
 #endif
 
 #include <chrono>
-#include <cstdio>
+#include <fstream>
+#include <string>
 #include <thread>
 
 namespace ode_parallel_sap {
@@ -35,16 +36,11 @@ std::uint64_t freeMemory() {
 }
 #else
 std::uint64_t freeMemory() {
-  if (std::FILE* const file = std::fopen("/proc/meminfo", "r")) {
-    char line[256];
-    unsigned long long kilobytes = 0;
-    bool found = false;
-    while (!found && std::fgets(line, sizeof line, file))
-      found = std::sscanf(line, "MemAvailable: %llu kB", &kilobytes) == 1;
-    std::fclose(file);
-    if (found) return std::uint64_t{kilobytes} * 1024;
-  }
-  return 0;
+  std::ifstream file("/proc/meminfo");
+  std::uint64_t kilobytes = 0;
+  for (std::string name; file >> name;)
+    if (name == "MemAvailable:") file >> kilobytes;
+  return kilobytes * 1024;
 }
 #endif
 

@@ -20,11 +20,6 @@ namespace ode_parallel_sap {
   __builtin_prefetch(place, 0, 2);
   asm volatile("");
 }
-// A relaxed atomic access to a word that other code reads and writes as it is.
-template <class Word>
-[[gnu::always_inline]] inline Word orShared(Word& word, Word bits) {
-  return __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
-}
 
 // Bytes that can be taken without another program giving any up; 0 where that is not known. On
 // Linux it takes some ten microseconds.

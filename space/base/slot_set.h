@@ -5,7 +5,6 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/platform.h"
 
 namespace ode_parallel_sap {
 
@@ -16,7 +15,8 @@ class SlotSet {
   void insert(Slot slot) { words_[slot / word_slots] |= bitOf(slot); }
   // Many threads may do so at once. Returns whether it was not there.
   bool insertShared(Slot slot) {
-    return !(orShared(words_[slot / word_slots], bitOf(slot)) & bitOf(slot));
+    std::uint64_t* const word = &words_[slot / word_slots];
+    return !(__atomic_fetch_or(word, bitOf(slot), __ATOMIC_RELAXED) & bitOf(slot));
   }
   void erase(Slot slot) { words_[slot / word_slots] &= ~bitOf(slot); }
   bool contains(Slot slot) const { return (words_[slot / word_slots] & bitOf(slot)) != 0; }
