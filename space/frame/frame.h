@@ -12,7 +12,6 @@
 #include "space/contacts/narrow_phase.h"
 #include "space/finders/extraction.h"
 #include "space/frame/complaints.h"
-#include "space/frame/last_stage.h"
 #include "space/frame/pair_blocks.h"
 #include "space/frame/policy.h"
 #include "space/frame/small_scenes.h"
@@ -64,6 +63,31 @@ struct Frame {
   const Plan plan;
   dParallelSAPStats stats = {};
   StageClock clock = {};
+};
+
+// What an add-on may put in the place of the report of dSpaceCollide.
+class LastStage {
+ public:
+  // The pairs of a frame, and how they may be collided.
+  struct Pairs {
+    const PairList& list;
+    const Scene& scene;
+    int threads;         // that the space may use
+    const Pair*& limit;  // of reportPairs()
+  };
+
+  virtual ~LastStage() = default;
+  // What is to be done before the report, counted in `stats`. False: the frame reports its pairs
+  // itself.
+  virtual bool prepare(const Pairs& pairs, dParallelSAPStats& stats) = 0;
+  // Calls the callback for each of the pairs, in their order.
+  virtual void report(const Pairs& pairs, void* data, dNearCallback* callback) = 0;
+  // The geom of a slot has moved, changed or gone; all slots are others.
+  virtual void noteChange(Slot slot) = 0;
+  virtual void noteNewSlots() = 0;
+
+  virtual void release() = 0;
+  virtual std::size_t bytes() const = 0;
 };
 
 // What a space keeps from frame to frame, and the stages that use it.

@@ -3,7 +3,7 @@
 
 #include <initializer_list>
 
-#include "space/frame/settings.h"
+#include "space/frame/policy.h"
 
 namespace ode_parallel_sap {
 

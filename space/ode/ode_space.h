@@ -11,7 +11,7 @@
 
 #include "space/frame/frame.h"
 #include "space/frame/memory_watch.h"
-#include "space/frame/settings.h"
+#include "space/frame/policy.h"
 #include "space/geoms/ode_private.h"
 #include "space/geoms/slots.h"
 #include "space/geoms/space_observer.h"

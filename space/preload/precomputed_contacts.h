@@ -14,7 +14,7 @@
 #include "space/base/buffer.h"
 #include "space/base/floating_point.h"
 #include "space/base/tuning.h"
-#include "space/frame/last_stage.h"
+#include "space/frame/frame.h"
 #include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
