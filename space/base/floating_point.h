@@ -2,9 +2,7 @@
 #pragma once
 
 // A test goes the last of these ways, the C library's, on every processor.
-#if defined(ODE_PARALLEL_SAP_C_LIBRARY_MODES)
-#include <cfenv>
-#elif defined(__SSE2__)
+#if defined(__SSE2__) && !defined(ODE_PARALLEL_SAP_C_LIBRARY_MODES)
 #define ODE_PARALLEL_SAP_MXCSR
 #include <xmmintrin.h>
 #else

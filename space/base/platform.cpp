@@ -25,26 +25,7 @@ std::uint64_t freeMemory() {
   status.dwLength = sizeof status;
   return GlobalMemoryStatusEx(&status) ? status.ullAvailPhys : 0;
 }
-#elif defined(__APPLE__)
-std::uint64_t freeMemory() {
-  vm_statistics64_data_t pages;
-  mach_msg_type_number_t count = HOST_VM_INFO64_COUNT;
-  if (host_statistics64(mach_host_self(), HOST_VM_INFO64, reinterpret_cast<host_info64_t>(&pages),
-                        &count) != KERN_SUCCESS)
-    return 0;
-  return (std::uint64_t{pages.free_count} + pages.inactive_count) * vm_page_size;
-}
-#else
-std::uint64_t freeMemory() {
-  std::ifstream file("/proc/meminfo");
-  std::uint64_t kilobytes = 0;
-  for (std::string name; file >> name;)
-    if (name == "MemAvailable:") file >> kilobytes;
-  return kilobytes * 1024;
-}
-#endif
 
-#if defined(_WIN32)
 void onFork(void (*)(), void (*)(), void (*)()) {}
 
 long processNumber() {
@@ -57,6 +38,25 @@ void onFork(void (*before)(), void (*in_parent)(), void (*in_child)()) {
 
 long processNumber() {
   return getpid();
+}
+#endif
+
+#if defined(__APPLE__)
+std::uint64_t freeMemory() {
+  vm_statistics64_data_t pages;
+  mach_msg_type_number_t count = HOST_VM_INFO64_COUNT;
+  if (host_statistics64(mach_host_self(), HOST_VM_INFO64, reinterpret_cast<host_info64_t>(&pages),
+                        &count) != KERN_SUCCESS)
+    return 0;
+  return (std::uint64_t{pages.free_count} + pages.inactive_count) * vm_page_size;
+}
+#elif !defined(_WIN32)
+std::uint64_t freeMemory() {
+  std::ifstream file("/proc/meminfo");
+  std::uint64_t kilobytes = 0;
+  for (std::string name; file >> name;)
+    if (name == "MemAvailable:") file >> kilobytes;
+  return kilobytes * 1024;
 }
 #endif
 

@@ -26,7 +26,15 @@ class Storage {
   }
   // `size` is that of sizeFor(). Throws std::bad_alloc.
   static void* allocate(std::size_t size) {
-    return isMapped(size) ? map(size) : ::operator new(size, alignmentOf(size));
+#if defined(__linux__)
+    if (isMapped(size)) {
+      void* const mapped =
+          mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+      if (mapped == MAP_FAILED) throw std::bad_alloc();
+      return mapped;
+    }
+#endif
+    return ::operator new(size, alignmentOf(size));
   }
   // `data` may be null.
   static void deallocate(void* data, std::size_t size) {
@@ -64,18 +72,6 @@ class Storage {
   static std::align_val_t alignmentOf(std::size_t size) {
     return std::align_val_t{size < least_aligned ? unit : line};
   }
-#if defined(__linux__)
-  static void* map(std::size_t size) {
-    void* const mapped =
-        mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (mapped == MAP_FAILED) throw std::bad_alloc();
-    return mapped;
-  }
-#else
-  static void* map(std::size_t) {
-    throw std::bad_alloc();
-  }
-#endif
 };
 
 }  // namespace ode_parallel_sap
