@@ -1,6 +1,5 @@
 #include "space/advice/advice.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <utility>
 

@@ -2,7 +2,6 @@
 // and images of ODE (space/images), pages of the system's (storage.h) and vectors (simd).
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 namespace ode_parallel_sap {

@@ -4,8 +4,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <optional>
 
 #include "space/finders/device_backend.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <new>
-#include <utility>
 
 #include "space/frame/geoms_ahead.h"
 #include "space/frame/without_memory.h"

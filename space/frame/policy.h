@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 
 #include "space/base/team.h"
 #include "space/finders/extraction.h"

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdarg>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>

@@ -7,7 +7,6 @@
 #include <memory>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "space/frame/frame.h"
 #include "space/frame/memory_watch.h"

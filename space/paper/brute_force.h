@@ -5,7 +5,6 @@
 
 #include "space/base/buffer.h"
 #include "space/base/pair_finder.h"
-#include "space/base/parallel.h"
 #include "space/pairs/cell_trees.h"
 
 namespace ode_parallel_sap {

@@ -1,6 +1,5 @@
 #include "space/rays/overlap_finder.h"
 
-#include <algorithm>
 #include <new>
 
 #include "space/base/tuning.h"

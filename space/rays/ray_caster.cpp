@@ -6,7 +6,6 @@
 #include <new>
 #include <tuple>
 #include <type_traits>
-#include <utility>
 
 #include "space/base/parallel.h"
 #include "space/base/platform.h"

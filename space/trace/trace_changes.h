@@ -1,7 +1,6 @@
 // What changed in a space since the last frame of its trace. Sees ODE's private headers.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <unordered_map>
