@@ -379,7 +379,8 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
     const int part = memory_watch_.noteFrame(count, last_pairs_);
     static_assert(MemoryWatch::parts == Pipeline::parts + 1, "the last part is the space's own");
     if (part == Pipeline::parts) {
-      call.workspace()->release();
+      call.workspace()->releaseQueries();
+      call.workspace()->inner.reset();
       if (tree) tree->release();
       slots_.shrink();
       swept_.shrink();

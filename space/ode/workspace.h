@@ -22,11 +22,6 @@ struct Workspace {
   const char* taken_at = nullptr;    // where the call that uses it stands on its stack
   std::unique_ptr<Workspace> inner;  // for a call within a callback of that call
 
-  // Gives back what is held, but for the frame's lists.
-  void release() {
-    releaseQueries();
-    inner.reset();
-  }
   void releaseQueries() {
     query.reset();
     rays.reset();
