@@ -65,7 +65,7 @@ void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, 
       for (setLimit(stretch); pair < limit; ++pair) report(pair);
     }
     for (setLimit(end); pair < limit; ++pair) report(pair);
-    for (; pair < end; ++pair) {
+    for (; __builtin_expect(pair < end, 0); ++pair) {  // the loops before need all registers
       dxGeom *const a = scene.slots[earlierOf(*pair)], *const b = scene.slots[laterOf(*pair)];
       if (a && b) call(*pair, first + static_cast<std::size_t>(pair - part.begin()), a, b);
     }
