@@ -15,9 +15,9 @@ void PairCache::beginFrame() {
 }
 
 void PairCache::start(std::size_t slots) {
+  changed_.growTo(slots);
   running_ = true;
   all_may_have_changed_ = false;
-  changed_.growTo(slots);
 }
 
 // Small scenes are found anew faster than changes in a tree.

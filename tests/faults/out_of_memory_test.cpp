@@ -401,7 +401,8 @@ TEST_CASE("Geoms that moved are counted wherever memory ends in their frame", "[
     World world(space);
     world.addBoxes(denseCube(300, 5));
     dParallelSAPSpaceSetSkipStatic(space, passed % 2);
-    std::size_t pairs = 0;
+    dParallelSAPSpaceSetNotified(space, 1);
+    std::size_t pairs = 0, pairs_later = 0;
     {
       const Allocations allocations(passed, true);
       dSpaceCollide(space, &pairs, countPair);
@@ -411,6 +412,9 @@ TEST_CASE("Geoms that moved are counted wherever memory ends in their frame", "[
     CHECK((pairs == 0) == (passed % 2 == 1));
     CHECK(statsOf(space).moved == 300);
     CHECK(wrongCounts(space, world.geoms(), pairs) == "");
+    for (const dGeomID geom : world.geoms()) dParallelSAPSpaceNotify(space, geom);
+    dSpaceCollide(space, &pairs_later, countPair);
+    CHECK(pairs_later == pairs);
   }
   CHECK(said.one_by_one > 10);
 }
