@@ -88,6 +88,7 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& s
 }
 
 bool FatProxies::filtersChanged(const BoxSet& boxes, Slot slot) const {
+  if (!isActive(boxes.boxes[slot]) || !isActive(fat_.boxes[slot])) return false;
   const FilterBits &now = boxes.bits[slot], &then = fat_.bits[slot];
   return (boxes.filter_bits && (now.category != then.category || now.collide != then.collide)) ||
          (boxes.filter_bodies && boxes.bodies[slot] != fat_.bodies[slot]);
