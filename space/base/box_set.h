@@ -54,7 +54,7 @@ struct BoxSet {
   Buffer<BasicBox<float>> boxes;
   Buffer<BasicBox<double>> wide_boxes;
   Buffer<FilterBits> bits;  // read if filter_bits
-  // Read if filter_bodies. Equal and not 0: on the same body, or both at rest, and no pair.
+  // Equal and not 0, if filter_bodies: on the same body, or both at rest, and no pair.
   Buffer<std::uint32_t> bodies;
   bool filter_bits = false;
   bool filter_bodies = false;

@@ -176,7 +176,7 @@ namespace grains {
 constexpr Grain scene = {1024, Grain::further, 4096};
 constexpr Grain packed_slots = {1024, Grain::further};      // whose geoms are packed again
 constexpr Grain scene_of_all_tests = {1024, Grain::whole};  // slots: brute force, axis lists
-constexpr Grain sorted_members = {1024, Grain::whole};      // boxes whose end points are sorted
+constexpr Grain sorted_members = {1024, Grain::whole};      // boxes, sorted along the axes
 constexpr Grain looked_up = {4096, Grain::further};         // items anywhere in memory
 constexpr Grain box_rows = {256, Grain::whole};             // cells of sixteen, words of 64 slots
 constexpr Grain sorted_records = {16384, Grain::whole};

@@ -16,7 +16,7 @@ namespace {
 // In place of the later box of an entry that does not overlap after all.
 constexpr Slot no_slot = ~Slot{0};
 
-Region sorting("end points: axes"), filling("axis lists: places"),
+Region sorting("axis lists: axes"), filling("axis lists: places"),
     meeting("axis lists: pairs of all axes");
 
 // Closed intervals: a row reaches lower bounds that are equal to the box's upper one.

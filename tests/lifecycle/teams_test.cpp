@@ -220,7 +220,7 @@ const Work kWorks[] = {
      {"brute force: pairs"}},
     {"axis lists",
      framesOf(dParallelSAPMethodAxisLists, populateDensely, moveAll),
-     {"end points: axes", "axis lists: places", "axis lists: pairs of all axes"}},
+     {"axis lists: axes", "axis lists: places", "axis lists: pairs of all axes"}},
     {"some boxes move",
      framesOf(dParallelSAPMethodSweep, populateDensely, moveSome),
      {"update: what changed unnoticed", "geom tree: boxes", "geom tree: moved boxes",
