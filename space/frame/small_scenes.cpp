@@ -105,8 +105,7 @@ __attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallLists& lists,
 // Lists the geoms that take part, or with `listed` tells whether they are those in the list, whose
 // AABBs are as they were. All are clean. `by_filters`: some two may not meet by their bits or
 // bodies: no bit is in all, or a geom is followed by another one of its body, as all but the last
-// are. A walk along ODE's list would wait for each geom before the next. Needs exactMode(), unless
-// they are `listed`.
+// are. (A walk along ODE's list would wait for each geom.) Needs exactMode(), unless `listed`.
 template <bool listed>
 inline bool listActive(const Buffer<dxGeom*>& slots, SmallLists& lists, FrameCounts& counts,
                        bool& by_filters) {
@@ -116,12 +115,10 @@ inline bool listActive(const Buffer<dxGeom*>& slots, SmallLists& lists, FrameCou
   bool followed = false;
   for (dxGeom* const geom : slots) {
     if (!geom || (geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
-    if (listed) {
-      if (active[actives] != geom) return false;
-    } else if (!(geom->type < dFirstSpaceClass && isPlain(geom)) &&
-               !takesPart(geom, lists, counts)) {
-      continue;
-    }
+    const bool usual =
+        listed ? active[actives] == geom : geom->type < dFirstSpaceClass && isPlain(geom);
+    if (listed && !usual) return false;
+    if (!usual && !takesPart(geom, lists, counts)) continue;
     active[actives++] = geom;
     shared_bits &= geom->category_bits & geom->collide_bits;
     followed |= geom->body_next != nullptr;

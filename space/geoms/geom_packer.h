@@ -61,8 +61,11 @@ struct alignas(64) UpdatePart {
   std::size_t bytes() const { return bytesOf(deferred); }
 };
 
-// Bits 4 to 35 of an address tell bodies apart as long as their other bits are alike.
-constexpr std::uintptr_t body_bits = std::uintptr_t{0xffffffff} << 4;
+// Bits 4 to 35 of an address tell bodies apart that are less than 2^36 bytes apart: as each is near
+// one of its part, and these are near one of them, all are.
+inline bool areNear(std::uint64_t body, std::uint64_t other) {
+  return body - other + (std::uint64_t{1} << 33) <= std::uint64_t{1} << 34;
+}
 
 inline std::uint32_t numberOf(const dxBody* body) {
   return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(body) >> 4);
@@ -121,7 +124,7 @@ inline void packBody(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& bo
   if (!part.some_body) part.some_body = body;
   // Of two geoms on one body at least one is followed by another in the body's list.
   facts.filter_bodies = facts.filter_bodies || geom->body_next;
-  if ((body ^ part.some_body) & ~body_bits || number == 0 || number == resting_number) {
+  if (!areNear(body, part.some_body) || number == 0 || number == resting_number) {
     facts.exact_bodies = false;
     boxes.bodies[slot] = 1;  // neither static nor at rest
   }

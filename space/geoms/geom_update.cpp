@@ -149,7 +149,7 @@ UpdateFacts GeomUpdate::mergeParts() {
     facts.add(part.facts);
     if (!part.some_body) continue;
     if (!some_body_) some_body_ = part.some_body;
-    if ((part.some_body ^ some_body_) & ~body_bits) facts.exact_bodies = false;
+    if (!areNear(part.some_body, some_body_)) facts.exact_bodies = false;
   }
   std::sort(facts.newly_invalid.begin(), facts.newly_invalid.end());
   return facts;

@@ -54,6 +54,15 @@ class FarMemory {
     next = begin + (upper ? kDistance : 0);
     return dBodyCreate(world);
   }
+  // Close to a multiple of 64 GiB, where all bits from the 36th on change.
+  dBodyID makeBodyByBoundary(dWorldID world, bool above) {
+    const std::uintptr_t number = reinterpret_cast<std::uintptr_t>(begin) / kDistance + 1;
+    char* const page = begin + (number * kDistance - reinterpret_cast<std::uintptr_t>(begin)) -
+                       (above ? 0 : kPage);
+    REQUIRE(mprotect(page, kPage, PROT_READ | PROT_WRITE) == 0);
+    next = page + kPage / 2;
+    return dBodyCreate(world);
+  }
 
  private:
   static constexpr std::size_t kDistance = std::size_t{1} << 36, kPage = std::size_t{1} << 12;
@@ -178,6 +187,33 @@ TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[c
       }
       dWorldDestroy(world);
     }
+}
+
+TEST_CASE("Pairs are kept wherever in memory bodies lie close together", "[classes]") {
+  FarMemory memory;
+  const dWorldID world = dWorldCreate();
+  {
+    const Space space;
+    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+    std::vector<dGeomID> geoms;
+    for (int i = 0; i < 200; ++i) {
+      geoms.push_back(dCreateSphere(space, 1));
+      place(geoms.back(), 3.0 * i, 0, 0);
+    }
+    const dBodyID bodies[] = {memory.makeBodyByBoundary(world, false),
+                              memory.makeBodyByBoundary(world, true)};
+    for (const int body : {0, 0, 1, 1}) {  // two geoms on each
+      geoms.push_back(dCreateSphere(space, 1));
+      dGeomSetBody(geoms.back(), bodies[body]);
+    }
+    for (std::size_t i = 0; i < geoms.size(); ++i) setNumber(geoms[i], i);
+    for (int frame = 0; frame < 3; ++frame) {
+      place(geoms[100], 300, 0.1 * frame, 0);
+      CHECK(difference(collide(space), expectedPairs(geoms)) == "");
+    }
+    CHECK(statsOf(space).kept > 0);
+  }
+  dWorldDestroy(world);
 }
 
 TEST_CASE("Zero-sized geoms are left out until they grow", "[classes]") {
