@@ -14,10 +14,8 @@ class BackOff {
   // back_off_range times as many.
   constexpr explicit BackOff(int first) : first_(first), next_(first) {}
 
-  // Whether it is left out in the turn that comes.
-  bool waits() const { return left_ > 0; }
-  // A turn went by without it.
-  void pass() { left_ -= left_ > 0; }
+  // A turn comes. Returns whether the thing is left out in it.
+  bool skipTurn() { return left_ > 0 && left_-- > 0; }
   void failed() {
     left_ = next_;
     next_ = std::min(2 * next_, back_off_range * first_);

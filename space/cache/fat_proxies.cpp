@@ -132,10 +132,7 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
     stop();
     back_off_ = BackOff(4);
   }
-  if (back_off_.waits()) {
-    back_off_.pass();
-    return false;
-  }
+  if (back_off_.skipTurn()) return false;
   skipped_ = 0;
   if (fat_.size == 0) return slow;
   // Candidates serve if so few boxes left their fat ones: half of what is found anew as quickly.

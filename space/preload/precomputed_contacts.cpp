@@ -64,10 +64,7 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, dParallelSAPStats& stats) 
   const int most = teamFor(count, grains::collided_pairs, pairs.threads);
   if (!always_) {
     if (most == 1) return false;
-    if (back_off_.waits()) {
-      back_off_.pass();
-      return false;
-    }
+    if (back_off_.skipTurn()) return false;
     // More than one thread's part of the pairs: contacts are stored and copied, and threads
     // started.
     constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)

@@ -192,9 +192,8 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     const double most_rows =
         most ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
     if (!close()) return is_current;
-    if (most && back_off_.waits()) {
-      back_off_.pass();
-    } else if (is_cheap && mechanisms::kept_query_tree) {
+    const bool skipped = most && back_off_.skipTurn();
+    if (!skipped && is_cheap && mechanisms::kept_query_tree) {
       up_to_date = tree_->refresh(geoms, threads, most_rows);
       if (most) up_to_date ? back_off_.paid() : back_off_.failed();
     }
