@@ -15,8 +15,7 @@ namespace {
 Region assigning("cell order: regions"), dealing("cell order: centres"),
     halving("cell order: halves");
 
-constexpr std::uint32_t no_region = ~std::uint32_t{0};
-constexpr std::size_t longest_run = 64;  // fixed: slots whose regions are found side by side
+constexpr std::size_t side_by_side = 64;  // fixed: slots whose regions are found together
 
 }  // namespace
 
@@ -32,27 +31,24 @@ Centre CellOrder<Real>::centreIn(const Regions& regions, const BasicBox<Real>& b
   return centre;
 }
 
-// Writes the regions of some centres of one class. All of them go down the splits side by side, as
+// Replaces splits by the regions that the centres come to from there. All go down side by side, as
 // each step has to wait for the one before.
 template <class Real>
-void CellOrder<Real>::findRegions(const Regions& regions, const Centre* centres, std::size_t count,
+void CellOrder<Real>::findRegions(const Centre* centres, std::size_t count,
                                   std::uint32_t* found) const {
-  const Split* const splits = splits_.data() + regions.first_split;
-  std::fill_n(found, count, 1);
-  for (std::uint32_t level = 1; level < regions.count; level *= 2)
+  for (std::uint32_t level = 1; level < most_regions_of_class_; level *= 2)
     for (std::size_t i = 0; i < count; ++i) {
-      const Split& split = splits[found[i]];
-      found[i] = 2 * found[i] + (centres[i].at[split.axis] >= split.at);
+      const Split& split = splits_[found[i]];
+      found[i] = split.below + (centres[i].at[split.axis] >= split.at);
     }
-  for (std::size_t i = 0; i < count; ++i) found[i] += regions.first - regions.count;
 }
 
+// Makes a split, and those below it down to `count` regions, two or more, from `first` on.
 template <class Real>
-void CellOrder<Real>::splitSample(const Regions& regions, std::size_t split, Centre* begin,
-                                  Centre* end) {
-  if (split >= regions.count) return;
-  Split& own = splits_[regions.first_split + split];
-  own = {0, 0};
+void CellOrder<Real>::splitSample(std::uint32_t split, std::uint32_t first, std::uint32_t count,
+                                  Centre* begin, Centre* end) {
+  Split own = {0, 0, count == 2 ? first : static_cast<std::uint32_t>(splits_.size())};
+  if (count > 2) splits_.resize(splits_.size() + 2);
   Centre* const middle = begin + (end - begin) / 2;
   if (begin < end) {
     float widest = -1;
@@ -69,8 +65,10 @@ void CellOrder<Real>::splitSample(const Regions& regions, std::size_t split, Cen
     });
     own.at = middle->at[axis];
   }
-  splitSample(regions, 2 * split, begin, middle);
-  splitSample(regions, 2 * split + 1, middle, end);
+  splits_[split] = own;
+  if (count == 2) return;
+  splitSample(own.below, first, count / 2, begin, middle);
+  splitSample(own.below + 1, first + count / 2, count / 2, middle, end);
 }
 
 // Gives each class as many regions as are worth a task. Few boxes are one, without a sample.
@@ -78,18 +76,19 @@ template <class Real>
 void CellOrder<Real>::layRegions(const BoxSet& boxes, int threads) {
   constexpr std::size_t sampled_in_region = 4;
   const std::size_t classes = box_classes_.count();
-  std::size_t count = 0, splits = 0;
+  std::size_t count = 0;
   for (std::size_t i = 0; i < classes; ++i) count += box_classes_.summary(i).count;
   const std::size_t boxes_a_sample =
       std::max<std::size_t>(boxes.size / std::max<std::size_t>(count, 1), 1);
   const std::size_t most =
       std::max(chunkOf(boxes.size, region_boxes, threads), boxes.size / most_regions);
   regions_.clear();
-  region_count_ = 0;
+  region_count_ = most_regions_of_class_ = 0;
   for (std::size_t i = 0; i < classes; ++i) {
     const ClassSummary<Real>& summary = box_classes_.summary(i);
-    Regions regions = {splits, region_count_, 1, {}, {}};
+    Regions regions = {region_count_, region_count_, 1, {}, {}};
     while (regions.count * most < summary.count * boxes_a_sample) regions.count *= 2;
+    most_regions_of_class_ = std::max(most_regions_of_class_, regions.count);
     double greatest = 0;
     for (const double extent : summary.extent)
       if (extent <= std::numeric_limits<double>::max()) greatest = std::max(greatest, extent);
@@ -99,10 +98,12 @@ void CellOrder<Real>::layRegions(const BoxSet& boxes, int threads) {
           static_cast<double>(summary.count) / extentToMeasureBy(summary.extent[axis], greatest);
     }
     region_count_ += regions.count;
-    splits += regions.count;
     regions_.push_back(regions);
   }
-  splits_.resize(splits);
+  regions_.push_back({region_count_, region_count_, 0, {}, {}});
+  splits_.clear();
+  for (std::uint32_t region = 0; region <= region_count_; ++region)
+    splits_.push_back({0, std::numeric_limits<float>::quiet_NaN(), region});
   if (region_count_ == classes) return;
   std::vector<std::vector<Centre>> samples(classes);
   forSample<Real>(boxes, sampled_in_region * region_count_, [&](Slot slot) {
@@ -111,7 +112,12 @@ void CellOrder<Real>::layRegions(const BoxSet& boxes, int threads) {
     if (regions_[of].count > 1) samples[of].push_back(centreIn(regions_[of], box, slot));
   });
   for (std::size_t i = 0; i < classes; ++i)
-    splitSample(regions_[i], 1, samples[i].data(), samples[i].data() + samples[i].size());
+    if (regions_[i].count > 1) {
+      regions_[i].root = static_cast<std::uint32_t>(splits_.size());
+      splits_.emplace_back();
+      splitSample(regions_[i].root, regions_[i].first, regions_[i].count, samples[i].data(),
+                  samples[i].data() + samples[i].size());
+    }
 }
 
 // Puts the centres of each region in a row. Within a region they keep the order of their slots.
@@ -119,7 +125,8 @@ template <class Real>
 void CellOrder<Real>::dealIntoRegions(const BoxSet& boxes, int threads,
                                       Buffer<std::uint64_t>& workspace) {
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
-  positions_.resizeDiscarding(std::size_t{region_count_} * threads);
+  const std::size_t places = region_count_ + 1;  // of a thread: also for NaN
+  positions_.resizeDiscarding(places * threads);
   order_.resizeDiscarding(boxes.size);
   static_assert(sizeof(Centre) == 2 * sizeof(std::uint64_t), "centres in words");
   workspace.resizeDiscarding(4 * boxes.size);
@@ -127,39 +134,32 @@ void CellOrder<Real>::dealIntoRegions(const BoxSet& boxes, int threads,
   Centre* const of_slot = centres_ + boxes.size;
   runTeam(assigning, threads, [&](int thread, int team) {
     const Range range = ownPart(boxes.size, thread, team);
-    std::uint32_t* const counts = positions_.data() + std::size_t{region_count_} * thread;
-    std::fill_n(counts, region_count_, 0);
-    std::size_t run = range.begin, run_class = 0;  // of slots of one class
-    const auto endRun = [&](std::size_t end) {
-      findRegions(regions_[run_class], of_slot + run, end - run, &order_[run]);
-      for (; run < end; ++run) ++counts[order_[run]];
-    };
-    for (std::size_t slot = range.begin; slot < range.end; ++slot) {
-      const bool active = isActive(box[slot]);
-      const std::size_t of = active ? box_classes_.of(box[slot]) : run_class;
-      if (!active || of != run_class || slot - run == longest_run) {
-        endRun(slot);
-        run_class = of;
+    std::uint32_t* const counts = positions_.data() + places * thread;
+    std::fill_n(counts, places, 0);
+    for (std::size_t begin = range.begin, end; begin < range.end; begin = end) {
+      end = std::min(range.end, begin + side_by_side);
+      for (std::size_t slot = begin; slot < end; ++slot) {
+        const Regions& regions =
+            isActive(box[slot]) ? regions_[box_classes_.of(box[slot])] : regions_.back();
+        of_slot[slot] = centreIn(regions, box[slot], static_cast<Slot>(slot));
+        order_[slot] = regions.root;
       }
-      of_slot[slot] = centreIn(regions_[of], box[slot], static_cast<Slot>(slot));
-      if (active) continue;
-      order_[slot] = no_region;
-      run = slot + 1;
+      findRegions(of_slot + begin, end - begin, &order_[begin]);
+      for (std::size_t slot = begin; slot < end; ++slot) ++counts[order_[slot]];
     }
-    endRun(range.end);
   });
   ends_.resize(region_count_);
   std::uint32_t position = 0;
   for (std::uint32_t region = 0; region < region_count_; ++region) {
     for (int thread = 0; thread < threads; ++thread)
-      position += std::exchange(positions_[std::size_t{region_count_} * thread + region], position);
+      position += std::exchange(positions_[places * thread + region], position);
     ends_[region] = position;
   }
   runTeam(dealing, threads, [&](int thread, int team) {
     const Range range = ownPart(boxes.size, thread, team);
-    std::uint32_t* const next = positions_.data() + std::size_t{region_count_} * thread;
+    std::uint32_t* const next = positions_.data() + places * thread;
     for (std::size_t slot = range.begin; slot < range.end; ++slot)
-      if (order_[slot] != no_region) centres_[next[order_[slot]]++] = of_slot[slot];
+      if (order_[slot] < region_count_) centres_[next[order_[slot]]++] = of_slot[slot];
   });
 }
 
@@ -187,8 +187,8 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   dealIntoRegions(boxes, threads, workspace);
   halveRegions(threads);
   class_ends_.clear();
-  for (const Regions& regions : regions_)
-    class_ends_.push_back(first_cells_[regions.first + regions.count]);
+  for (std::size_t i = 0; i < box_classes_.count(); ++i)
+    class_ends_.push_back(first_cells_[regions_[i].first + regions_[i].count]);
 }
 
 template class CellOrder<float>;

@@ -32,30 +32,31 @@ class CellOrder {
   }
 
  private:
-  // A class's regions, numbered through all classes. Split 1 is the first one; below split i are
-  // splits or regions 2 i and 2 i + 1.
+  // A class's regions, numbered through all classes.
   struct Regions {
-    std::size_t first_split;
+    std::uint32_t root;          // its first split
     std::uint32_t first, count;  // a power of two
     Real origin[3], scale[3];    // centres are counted from there, in mean extents
   };
+  // Those of the regions come first, and lead to themselves.
   struct Split {
     int axis;
-    float at;  // of the upper half's least centre
+    float at;             // of the upper half's least centre, or NaN
+    std::uint32_t below;  // the split of the lower half; the next one is the upper half's
   };
 
   Centre centreIn(const Regions& regions, const BasicBox<Real>& box, Slot slot) const;
-  void findRegions(const Regions& regions, const Centre* centres, std::size_t count,
-                   std::uint32_t* found) const;
+  void findRegions(const Centre* centres, std::size_t count, std::uint32_t* found) const;
   void layRegions(const BoxSet& boxes, int threads);
-  void splitSample(const Regions& regions, std::size_t split, Centre* begin, Centre* end);
+  void splitSample(std::uint32_t split, std::uint32_t first, std::uint32_t count, Centre* begin,
+                   Centre* end);
   void dealIntoRegions(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
   void halveRegions(int threads);
 
   BoxClasses<Real> box_classes_;
-  std::vector<Regions> regions_;  // one a class
+  std::vector<Regions> regions_;  // one a class, and one of boxes that are NaN
   std::vector<Split> splits_;
-  std::uint32_t region_count_ = 0;
+  std::uint32_t region_count_ = 0, most_regions_of_class_ = 0;
   Buffer<std::uint32_t> positions_;                // of the regions, for each thread
   std::vector<std::uint32_t> ends_, first_cells_;  // of the regions
   std::vector<std::uint32_t> class_ends_;          // in cells
