@@ -78,7 +78,7 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
   if (resting)
     facts.filter_bodies = true;
   else
-    packBody(geom, slot, part, boxes);
+    packBody(geom, slot, facts, boxes);
   return state;
 }
 

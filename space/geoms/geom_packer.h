@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +28,7 @@ struct UpdateFacts {
   bool user_classes = false;  // AABBTest may decide
   bool spaces = false;        // some geom is a space
   bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
-  bool exact_bodies = true;   // 32 bits of the bodies' addresses tell them apart
+  bool exact_bodies = true;   // each body has a number of its own
   bool exact_boxes = true;    // floats decide as the bounds would
   bool filter_bits = false;
   bool filter_bodies = false;
@@ -56,19 +57,41 @@ void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts);
 struct alignas(64) UpdatePart {
   UpdateFacts facts;
   std::vector<Slot> deferred;  // moved geoms that only one thread may touch
-  std::uintptr_t some_body = 0;
 
   std::size_t bytes() const { return bytesOf(deferred); }
 };
 
-// Bits 4 to 35 of an address tell bodies apart that are less than 2^36 bytes apart: as each is near
-// one of its part, and these are near one of them, all are.
-inline bool areNear(std::uint64_t body, std::uint64_t other) {
-  return body - other + (std::uint64_t{1} << 33) <= std::uint64_t{1} << 34;
+// Bodies as 32 bits: the process's areas of 64 GiB that hold bodies, each plus one, in the order in
+// which they were seen. Threads that make bodies, and some allocators' heaps, have areas of their
+// own. Bodies in more areas than that share a number, which is not none's.
+constexpr std::uint32_t most_body_areas = 14, shared_number = 15;  // fixed: by their four bits
+inline std::atomic<std::uint32_t> body_areas[most_body_areas];
+
+// Makes numbers of the bodies in an area, and more than 32 bits of what is not there. A body takes
+// more than 256 bytes, so that four bits can tell the place of its area.
+inline std::uint64_t bodyArea(std::uint32_t place) {
+  const std::uint64_t area = body_areas[place].load(std::memory_order_relaxed);
+  return place + 1 - ((area - 1) << 32);
+}
+inline std::uint64_t numberIn(std::uint64_t area, const dxBody* body) {
+  return (std::uint64_t{reinterpret_cast<std::uintptr_t>(body)} >> 8 << 4) + area;
+}
+// Looks for its area, and adds it.
+__attribute__((noinline)) inline std::uint32_t findNumber(const dxBody* body) {
+  const std::uint64_t address = reinterpret_cast<std::uintptr_t>(body);
+  for (std::uint32_t place = 0; place < most_body_areas; ++place) {
+    std::uint32_t known = body_areas[place];
+    if (!known) body_areas[place].compare_exchange_strong(known, (address >> 36) + 1);
+    const std::uint64_t number = numberIn(bodyArea(place), body);
+    if (number >> 32 == 0) return static_cast<std::uint32_t>(number);
+  }
+  return shared_number;
 }
 
 inline std::uint32_t numberOf(const dxBody* body) {
-  return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(body) >> 4);
+  if (!body) return 0;
+  const std::uint64_t number = numberIn(bodyArea(0), body);
+  return number >> 32 == 0 ? static_cast<std::uint32_t>(number) : findNumber(body);
 }
 
 // All bits as 32, of which the highest stands for all above it, too: a match of the originals is
@@ -115,19 +138,12 @@ inline void packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& 
 }
 
 // The same of its body.
-inline void packBody(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) {
-  UpdateFacts& facts = part.facts;
-  const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body);
-  const std::uint32_t number = numberOf(geom->body);
-  boxes.bodies[slot] = number;
-  if (!body) return;
-  if (!part.some_body) part.some_body = body;
+inline void packBody(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
+  const std::uint32_t number = boxes.bodies[slot] = numberOf(geom->body);
+  if (!number) return;
   // Of two geoms on one body at least one is followed by another in the body's list.
   facts.filter_bodies = facts.filter_bodies || geom->body_next;
-  if (!areNear(body, part.some_body) || number == 0 || number == resting_number) {
-    facts.exact_bodies = false;
-    boxes.bodies[slot] = 1;  // neither static nor at rest
-  }
+  facts.exact_bodies = facts.exact_bodies && number != shared_number;
 }
 
 // Needs exactMode(). The geoms are clean.
@@ -163,7 +179,7 @@ inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& par
   if (rules.tolerance > 0 && exceedsTolerance(geom->aabb, rules.tolerance))
     part.facts.beyond_tolerance = true;
   packBits(geom, slot, part.facts, boxes);
-  packBody(geom, slot, part, boxes);
+  packBody(geom, slot, part.facts, boxes);
   return (rules.notified ? unwatched_state : 0) | (rounded & coarse_bounds);
 }
 

@@ -20,12 +20,14 @@ Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
 // Sees of most geoms that nothing changed unnoticed, and never says so where something did. Not for
 // rules by which geoms rest.
-bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {
+bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
+                   std::uint64_t area) {
   return !(state & (disabled_state | no_box_state | space_state)) &&
          (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
          areFoldedTo(boxes.bits[slot].category, geom->category_bits) &&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
-         boxes.bodies[slot] == numberOf(geom->body);
+         (boxes.bodies[slot] == numberIn(area, geom->body) ||
+          (!geom->body && boxes.bodies[slot] == 0));
 }
 // Whether the geoms of a block and those asked for ahead lie further apart than in a row.
 bool areScattered(const dxGeom* first, const dxGeom* last) {
@@ -86,7 +88,6 @@ int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
   for (UpdatePart& part : parts_) {
     part.facts = UpdateFacts();
     part.deferred.clear();
-    part.some_body = 0;
   }
   const int used = runTeam(updating, threads, [&](int index, int team) {
     forPart(geoms, ownPart(geoms.count, index, team), use, parts_[index]);
@@ -122,7 +123,6 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
       if (states_[slot]) count(states_[slot], 1, part.facts);
     };
     const int used = forGeoms({geoms, slots}, threads, packSlot);
-    some_body_ = 0;
     facts_ = mergeParts();
     moved += facts_.moved;
     facts_.moved = moved;
@@ -142,15 +142,9 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   }
 }
 
-// The parts' facts made one, for bodies whose addresses are to be compared with `some_body_` too.
 UpdateFacts GeomUpdate::mergeParts() {
   UpdateFacts facts;
-  for (const UpdatePart& part : parts_) {
-    facts.add(part.facts);
-    if (!part.some_body) continue;
-    if (!some_body_) some_body_ = part.some_body;
-    if (!areNear(part.some_body, some_body_)) facts.exact_bodies = false;
-  }
+  for (const UpdatePart& part : parts_) facts.add(part.facts);
   std::sort(facts.newly_invalid.begin(), facts.newly_invalid.end());
   return facts;
 }
@@ -196,6 +190,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
     const auto askForBody = [&](std::size_t slot) {
       if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
     };
+    const std::uint64_t area = bodyArea(0);
     for (std::size_t word = words.begin; word < words.end; ++word) {
       const std::uint64_t looks_here = looksIn(word);
       const bool most_here =
@@ -204,7 +199,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
         if (most_here) ask(slot + look_distance);
-        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_)) continue;
+        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_, area)) continue;
         if (bodies && most_here) askForBody(slot + look_distance / 2);
         if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes_)) changed.insert(slot);
       }

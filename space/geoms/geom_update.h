@@ -103,7 +103,6 @@ class GeomUpdate {
   BoxSet boxes_;
   std::vector<UpdatePart> parts_;
   UpdateFacts facts_;
-  std::uintptr_t some_body_ = 0;  // of those packed
   GeomPacker packer_;
   Buffer<SlotState> states_;  // by slot
   SlotSet watched_;           // slots that notice() looks at

@@ -19,17 +19,14 @@ using namespace sap_test;
 
 namespace {
 
-// Lets ODE make two bodies whose addresses are 64 GiB apart, so that their lower 36 bits are alike.
-// Outlives all that ODE makes meanwhile.
+// Lets ODE make bodies whose addresses are 64 GiB apart, so that their lower 36 bits are alike, as
+// another thread's heap may be. Outlives all that ODE makes meanwhile.
 class FarMemory {
  public:
   FarMemory() {
-    void* const at =
-        mmap(nullptr, kDistance + kPage, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    void* const at = mmap(nullptr, kBytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     REQUIRE(at != MAP_FAILED);
     begin = static_cast<char*>(at);
-    for (char* const page : {begin, begin + kDistance})
-      REQUIRE(mprotect(page, kPage, PROT_READ | PROT_WRITE) == 0);
     dSetAllocHandler([](std::size_t bytes) {
       char* const at = std::exchange(next, nullptr);
       return at ? at : std::malloc(bytes);
@@ -37,35 +34,38 @@ class FarMemory {
     dSetReallocHandler(
         [](void* at, std::size_t, std::size_t bytes) { return std::realloc(at, bytes); });
     dSetFreeHandler([](void* at, std::size_t) {
-      if (at < begin || at >= begin + kDistance + kPage) std::free(at);
+      if (at < begin || at >= begin + kBytes) std::free(at);
     });
   }
   ~FarMemory() {
     dSetAllocHandler(nullptr);
     dSetReallocHandler(nullptr);
     dSetFreeHandler(nullptr);
-    munmap(begin, kDistance + kPage);
+    munmap(begin, kBytes);
   }
   FarMemory(const FarMemory&) = delete;
   FarMemory& operator=(const FarMemory&) = delete;
 
-  // At the lower end or the upper one.
-  dBodyID makeBody(dWorldID world, bool upper) {
-    next = begin + (upper ? kDistance : 0);
-    return dBodyCreate(world);
-  }
+  static constexpr int areas = 16;
+  dBodyID makeBody(dWorldID world, int area) { return makeBodyAt(world, begin + area * kDistance); }
   // Close to a multiple of 64 GiB, where all bits from the 36th on change.
   dBodyID makeBodyByBoundary(dWorldID world, bool above) {
     const std::uintptr_t number = reinterpret_cast<std::uintptr_t>(begin) / kDistance + 1;
-    char* const page = begin + (number * kDistance - reinterpret_cast<std::uintptr_t>(begin)) -
-                       (above ? 0 : kPage);
-    REQUIRE(mprotect(page, kPage, PROT_READ | PROT_WRITE) == 0);
-    next = page + kPage / 2;
-    return dBodyCreate(world);
+    return makeBodyAt(world, begin +
+                                 (number * kDistance - reinterpret_cast<std::uintptr_t>(begin)) -
+                                 (above ? 0 : kPage));
   }
 
  private:
-  static constexpr std::size_t kDistance = std::size_t{1} << 36, kPage = std::size_t{1} << 12;
+  static constexpr std::size_t kDistance = std::size_t{1} << 36, kPage = std::size_t{1} << 12,
+                               kBytes = areas * kDistance;
+
+  dBodyID makeBodyAt(dWorldID world, char* page) {
+    REQUIRE(mprotect(page, kPage, PROT_READ | PROT_WRITE) == 0);
+    next = page;
+    return dBodyCreate(world);
+  }
+
   static char *begin, *next;
 };
 char *FarMemory::begin, *FarMemory::next;
@@ -83,6 +83,44 @@ bool touchInSimpleSpace(const Shape& first, const Shape& second, double distance
   const bool touch = !collide(space).empty();
   dSpaceDestroy(space);
   return touch;
+}
+
+// Two bodies in these areas, among others.
+void checkApart(FarMemory& memory, int area, int other_area) {
+  for (const Configuration& configuration : configurations())
+    for (const bool unbounded_first : {false, true}) {
+      const dWorldID world = dWorldCreate();
+      std::vector<dGeomID> geoms;
+      INFO(configuration.name << ", unbounded first: " << unbounded_first);
+      {
+        const Space space(configuration);
+        const dBodyID bodies[] = {memory.makeBody(world, area), memory.makeBody(world, other_area)};
+        // Two on the one body, and one without bounds on the other.
+        for (const bool unbounded : {unbounded_first, !unbounded_first, false}) {
+          geoms.push_back(dCreateSphere(space, unbounded ? dInfinity : dReal(1)));
+          dGeomSetBody(geoms.back(), bodies[unbounded]);
+        }
+        while (geoms.size() < 200) {
+          geoms.push_back(dCreateSphere(space, 1));
+          place(geoms.back(), 3.0 * static_cast<double>(geoms.size()), 50, 0);
+        }
+        for (std::size_t i = 0; i < geoms.size(); ++i) setNumber(geoms[i], i);
+        CHECK(difference(collide(space), expectedPairs(geoms)) == "");
+        // Two at rest, and one of them on a body that is awake.
+        for (const std::size_t i : {100, 101}) place(geoms[i], 0, 90, 0);
+        dParallelSAPSpaceSetSkipStatic(space, 1);
+        const Pairs found = collide(space);
+        Pairs expected = expectedPairs(geoms);
+        const auto at_rest = std::find(expected.begin(), expected.end(), Pair{100, 101});
+        REQUIRE(at_rest != expected.end());
+        expected.erase(at_rest);
+        CHECK(difference(found, expected) == "");
+        dGeomSetBody(geoms[100], bodies[0]);
+        place(geoms[100], 0, 90, 0);
+        CHECK(difference(collide(space), expectedPairs(geoms)) == "");
+      }
+      dWorldDestroy(world);
+    }
 }
 
 }  // namespace
@@ -153,67 +191,43 @@ TEST_CASE("Every class's bounds follow when it or its body moves and turns", "[c
 
 TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[classes]") {
   FarMemory memory;
-  for (const Configuration& configuration : configurations())
-    for (const bool unbounded_first : {false, true}) {
-      const dWorldID world = dWorldCreate();
-      std::vector<dGeomID> geoms;
-      INFO(configuration.name << ", unbounded first: " << unbounded_first);
-      {
-        const Space space(configuration);
-        const dBodyID bodies[] = {memory.makeBody(world, false), memory.makeBody(world, true)};
-        // Two on the one body, and one without bounds on the other.
-        for (const bool unbounded : {unbounded_first, !unbounded_first, false}) {
-          geoms.push_back(dCreateSphere(space, unbounded ? dInfinity : dReal(1)));
-          dGeomSetBody(geoms.back(), bodies[unbounded]);
-        }
-        while (geoms.size() < 200) {
-          geoms.push_back(dCreateSphere(space, 1));
-          place(geoms.back(), 3.0 * static_cast<double>(geoms.size()), 50, 0);
-        }
-        for (std::size_t i = 0; i < geoms.size(); ++i) setNumber(geoms[i], i);
-        CHECK(difference(collide(space), expectedPairs(geoms)) == "");
-        // Two at rest, and one of them on a body that is awake.
-        for (const std::size_t i : {100, 101}) place(geoms[i], 0, 90, 0);
-        dParallelSAPSpaceSetSkipStatic(space, 1);
-        const Pairs found = collide(space);
-        Pairs expected = expectedPairs(geoms);
-        const auto at_rest = std::find(expected.begin(), expected.end(), Pair{100, 101});
-        REQUIRE(at_rest != expected.end());
-        expected.erase(at_rest);
-        CHECK(difference(found, expected) == "");
-        dGeomSetBody(geoms[100], bodies[0]);
-        place(geoms[100], 0, 90, 0);
-        CHECK(difference(collide(space), expectedPairs(geoms)) == "");
-      }
-      dWorldDestroy(world);
-    }
+  checkApart(memory, 0, 1);
 }
 
-TEST_CASE("Pairs are kept wherever in memory bodies lie close together", "[classes]") {
+TEST_CASE("Pairs are kept wherever in memory bodies lie", "[classes]") {
   FarMemory memory;
-  const dWorldID world = dWorldCreate();
-  {
-    const Space space;
-    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    std::vector<dGeomID> geoms;
-    for (int i = 0; i < 200; ++i) {
-      geoms.push_back(dCreateSphere(space, 1));
-      place(geoms.back(), 3.0 * i, 0, 0);
-    }
-    const dBodyID bodies[] = {memory.makeBodyByBoundary(world, false),
-                              memory.makeBodyByBoundary(world, true)};
-    for (const int body : {0, 0, 1, 1}) {  // two geoms on each
-      geoms.push_back(dCreateSphere(space, 1));
-      dGeomSetBody(geoms.back(), bodies[body]);
-    }
-    for (std::size_t i = 0; i < geoms.size(); ++i) setNumber(geoms[i], i);
-    for (int frame = 0; frame < 3; ++frame) {
-      place(geoms[100], 300, 0.1 * frame, 0);
+  for (const bool close : {false, true}) {
+    const dWorldID world = dWorldCreate();
+    {
+      const Space space;
+      dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+      std::vector<dGeomID> geoms;
+      for (int i = 0; i < 200; ++i) {
+        geoms.push_back(dCreateSphere(space, 1));
+        place(geoms.back(), 3.0 * i, 0, 0);
+      }
+      dBodyID bodies[2];
+      for (const bool second : {false, true})
+        bodies[second] =
+            close ? memory.makeBodyByBoundary(world, second) : memory.makeBody(world, second);
+      for (const int body : {0, 0, 1, 1}) {  // two geoms on each
+        geoms.push_back(dCreateSphere(space, 1));
+        dGeomSetBody(geoms.back(), bodies[body]);
+      }
+      for (std::size_t i = 0; i < geoms.size(); ++i) setNumber(geoms[i], i);
+      for (int frame = 0; frame < 3; ++frame) {
+        place(geoms[100], 300, 0.1 * frame, 0);
+        CHECK(difference(collide(space), expectedPairs(geoms)) == "");
+      }
+      INFO("close: " << close);
+      CHECK(statsOf(space).kept > 0);
+      // Nobody tells a space of another body.
+      dGeomSetBody(geoms[100], bodies[1]);
+      dGeomSetBody(geoms.back(), nullptr);
       CHECK(difference(collide(space), expectedPairs(geoms)) == "");
     }
-    CHECK(statsOf(space).kept > 0);
+    dWorldDestroy(world);
   }
-  dWorldDestroy(world);
 }
 
 TEST_CASE("Zero-sized geoms are left out until they grow", "[classes]") {
@@ -306,4 +320,24 @@ TEST_CASE("Any one AABBTest may drop its pair, and each is asked once", "[classe
     CHECK(tests_asked >= tests - (drops ? 1 : 0));
     CHECK(tests_asked <= tests);
   }
+}
+
+// The last one of this file: it uses up the process's numbers.
+TEST_CASE("Bodies are told apart in more areas of memory than have numbers", "[classes]") {
+  FarMemory memory;
+  const dWorldID world = dWorldCreate();
+  {
+    const Space space;
+    std::vector<dGeomID> geoms;
+    for (int area = 0; area < FarMemory::areas; ++area)
+      for (int geom = 0; geom < 16; ++geom) {
+        geoms.push_back(dCreateSphere(space, 1));
+        setNumber(geoms.back(), geoms.size() - 1);
+        dGeomSetBody(geoms.back(),
+                     geom ? dGeomGetBody(geoms[geoms.size() - 2]) : memory.makeBody(world, area));
+      }
+    CHECK(difference(collide(space), expectedPairs(geoms)) == "");
+  }
+  dWorldDestroy(world);
+  checkApart(memory, FarMemory::areas - 2, FarMemory::areas - 1);
 }
