@@ -15,8 +15,6 @@ namespace {
 Region assigning("cell order: regions"), dealing("cell order: centres"),
     halving("cell order: halves");
 
-constexpr std::size_t side_by_side = 64;  // fixed: slots whose regions are found together
-
 }  // namespace
 
 template <class Real>
@@ -29,18 +27,6 @@ Centre CellOrder<Real>::centreIn(const Regions& regions, const BasicBox<Real>& b
   }
   centre.slot = slot;
   return centre;
-}
-
-// Replaces splits by the regions that the centres come to from there. All go down side by side, as
-// each step has to wait for the one before.
-template <class Real>
-void CellOrder<Real>::findRegions(const Centre* centres, std::size_t count,
-                                  std::uint32_t* found) const {
-  for (std::uint32_t level = 1; level < most_regions_of_class_; level *= 2)
-    for (std::size_t i = 0; i < count; ++i) {
-      const Split& split = splits_[found[i]];
-      found[i] = split.below + (centres[i].at[split.axis] >= split.at);
-    }
 }
 
 // Makes a split, and those below it down to `count` regions, two or more, from `first` on.
@@ -124,6 +110,7 @@ void CellOrder<Real>::layRegions(const BoxSet& boxes, int threads) {
 template <class Real>
 void CellOrder<Real>::dealIntoRegions(const BoxSet& boxes, int threads,
                                       Buffer<std::uint64_t>& workspace) {
+  constexpr std::size_t side_by_side = 64;  // fixed: slots whose regions are found together
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   const std::size_t places = region_count_ + 1;  // of a thread: also for NaN
   positions_.resizeDiscarding(places * threads);
@@ -144,7 +131,12 @@ void CellOrder<Real>::dealIntoRegions(const BoxSet& boxes, int threads,
         of_slot[slot] = centreIn(regions, box[slot], static_cast<Slot>(slot));
         order_[slot] = regions.root;
       }
-      findRegions(of_slot + begin, end - begin, &order_[begin]);
+      // All go down side by side, as each step has to wait for the one before.
+      for (std::uint32_t level = 1; level < most_regions_of_class_; level *= 2)
+        for (std::size_t slot = begin; slot < end; ++slot) {
+          const Split& split = splits_[order_[slot]];
+          order_[slot] = split.below + (of_slot[slot].at[split.axis] >= split.at);
+        }
       for (std::size_t slot = begin; slot < end; ++slot) ++counts[order_[slot]];
     }
   });

@@ -46,7 +46,6 @@ class CellOrder {
   };
 
   Centre centreIn(const Regions& regions, const BasicBox<Real>& box, Slot slot) const;
-  void findRegions(const Centre* centres, std::size_t count, std::uint32_t* found) const;
   void layRegions(const BoxSet& boxes, int threads);
   void splitSample(std::uint32_t split, std::uint32_t first, std::uint32_t count, Centre* begin,
                    Centre* end);
