@@ -67,7 +67,7 @@ bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
       same.store(false, std::memory_order_relaxed);
     }
   });
-  return same && !back_off_.skipTurn() && reuses_ < longest_reuse;
+  return same && reuses_ < longest_reuse;
 }
 
 template <class Real>
@@ -77,8 +77,6 @@ bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
     listSpans(trees, level, spans_);
     good = good && !haveGrown(spans_, spans_when_cut_[level - 1]);
   }
-  if (!good && reuses_ == 0) back_off_.failed();
-  if (good && reuses_ > 0) back_off_.paid();
   ++reuses_;
   return good;
 }

@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "space/base/back_off.h"
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/pair_finder.h"
@@ -21,7 +20,7 @@ template <class Real>
 class CellCoherence {
  public:
   // Whether to try the cells of before for these boxes: if they hold all active slots and no
-  // others, and such a try has not failed of late. Called before cells are cut or packed.
+  // others, and are not too old. Called before cells are cut or packed.
   bool mayReuse(const BoxSet& boxes, int threads);
   // Whether they are good, `trees` being packed with the new boxes.
   bool reuse(const CellTrees<Real>& trees);
@@ -38,7 +37,6 @@ class CellCoherence {
   SlotSet active_;                          // slots that mayReuse() saw last
   Buffer<Real> spans_, spans_when_cut_[2];  // of all below the nodes of the two lowest levels
   int reuses_ = 0;                          // frames since the cells were cut
-  BackOff back_off_{1};                     // where cells come apart within a frame
 };
 
 // The boxes are sorted once, not along an axis but along a curve through space (CellOrder), and cut
