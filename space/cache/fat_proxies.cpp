@@ -63,15 +63,17 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& s
   constexpr double most = std::numeric_limits<float>::max();
   const float useful = static_cast<float>(std::min(tolerance, most));
   slow = useful > 0;
-  const std::size_t count = std::min(most_sampled, boxes.size / sampled_share);
-  const bool known = sampled_ == boxes.size;
-  sampled_ = boxes.size;
-  if (count == 0) return useful;
-  const std::size_t step = boxes.size / count;
-  sample_.resizeDiscarding(count);
+  // The same slots again, while about as many are there: some come and go in every frame.
+  const std::size_t reach = sample_.size() * sample_step_;
+  const bool known = reach <= boxes.size && boxes.size < 2 * reach;
+  if (!known) {
+    sample_.resizeDiscarding(std::min(most_sampled, boxes.size / sampled_share));
+    if (sample_.size() == 0) return useful;
+    sample_step_ = boxes.size / sample_.size();
+  }
   std::size_t compared = 0, fast = 0, fast_for_tolerance = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Box& box = boxes.boxes[i * step];
+  for (std::size_t i = 0; i < sample_.size(); ++i) {
+    const Box& box = boxes.boxes[i * sample_step_];
     Box& before = sample_[i];
     if (known && isActive(box) && isActive(before)) {
       const float distance = distanceOf(before, box);

@@ -63,7 +63,7 @@ class FatProxies {
   ChangedPairs changed_pairs_;
   std::size_t kept_ = 0;
   Buffer<Box> sample_;                                      // some boxes of the last frame
-  std::size_t sampled_ = 0;                                 // of so many slots; 0: none
+  std::size_t sample_step_ = 0;                             // slots from one to the next
   std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
 };
 

@@ -110,6 +110,35 @@ TEST_CASE("Geoms that have fallen out of the scene one by one do not slow the ot
   CHECK(framesWithKeptCandidates(world) > 10);
 }
 
+TEST_CASE("Geoms that come and go in each frame do not slow the others down", "[scale]") {
+  // A sample of a sixteenth, and one of no more than are sampled.
+  for (const std::size_t boxes : {800, 3000}) {
+    const Space space(on_cpu);
+    World world(space);
+    world.addBoxes(denseCube(2 * boxes, 83));
+    std::vector<dGeomID> outside;
+    while (outside.size() < boxes) {
+      outside.push_back(world.geoms().back());
+      world.remove(outside.back());
+    }
+    int kept = 0;
+    for (std::size_t frame = 0; frame < 40; ++frame) {
+      world.jitter(0.001, 200 + frame);
+      for (std::size_t i = 0; i < 2 + frame % 2; ++i) {
+        world.addAgain(outside.back());
+        outside.pop_back();
+      }
+      for (int i = 0; i < 2; ++i) {
+        outside.insert(outside.begin(), world.geoms()[frame * 7]);
+        world.remove(outside.front());
+      }
+      CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
+      kept += statsOf(space).candidates_kept > 0;
+    }
+    CHECK(kept > 20);
+  }
+}
+
 TEST_CASE("A tolerance that floats cannot tell at one geom's place has no effect until it is back",
           "[scale]") {
   const Space space(on_cpu);
