@@ -60,7 +60,7 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
       const std::size_t before = written.size();
       const std::size_t count = kernel.testLater(cells_.data(), cells_.size(), slot, row.data());
       written.resize(before + count);
-      Pair* next = &written[before];
+      Pair* next = written.data() + before;
       const BasicBox<Real> box = all[slot];
       for (std::size_t i = 0; i < count; ++i) {
         if (filtered && !passesFilters(boxes, slot, row[i])) continue;

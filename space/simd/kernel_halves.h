@@ -39,7 +39,8 @@ class Halver {
       spare = spare.from(lower);
       count -= lower;
     }
-    if (count) *starts_++ = next_;
+    if (count == 0) return;
+    *starts_++ = next_;
     memcpy(order_ + next_, rows.row[3], count * sizeof *order_);
     next_ += static_cast<std::uint32_t>(count);
   }
