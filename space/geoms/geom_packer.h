@@ -61,29 +61,29 @@ struct alignas(64) UpdatePart {
   std::size_t bytes() const { return bytesOf(deferred); }
 };
 
-// Bodies as 32 bits. The process's areas of 64 GiB that hold bodies get places as they are seen:
-// threads that make bodies, and some allocators' heaps, have areas of their own. Place 0 is for no
-// body. Bodies for whose area none is left share a number.
+// A body as 32 bits: 28 of its address, whose last eight tell nothing, as a body takes more than
+// 256 bytes; and four for the place of its area of 64 GiB. A process's areas get places as they are
+// seen: threads that make bodies have heaps of their own. Place 0 is for no body. Bodies for whose
+// area no place is left share a number.
 constexpr std::uint32_t body_places = 16, shared_number = 15;  // fixed: four bits
-inline std::atomic<std::uint32_t> body_areas[body_places];     // plus one; 0: none yet
+inline std::atomic<std::uint32_t> body_areas[body_places];     // an area plus one, or 0
 
-// What makes numbers of the bodies in the area at a place.
-inline std::uint64_t bodyArea(std::uint32_t place) {
+// The term that makes numbers of addresses in the area at a place.
+inline std::uint64_t areaTerm(std::uint32_t place) {
   const std::uint64_t area = body_areas[place].load(std::memory_order_relaxed);
   return place == 0 ? 0 : place - ((area - 1) << 32);
 }
-// More than 32 bits of a body that is not there. A body takes more than 256 bytes, so that four
-// bits are free for the place.
-inline std::uint64_t numberIn(std::uint64_t area, const dxBody* body) {
-  return (std::uint64_t{reinterpret_cast<std::uintptr_t>(body)} >> 8 << 4) + area;
+// The body's number, if the term is that of its area; else more than 32 bits.
+inline std::uint64_t numberIn(std::uint64_t term, const dxBody* body) {
+  return (std::uint64_t{reinterpret_cast<std::uintptr_t>(body)} >> 8 << 4) + term;
 }
-// Looks for its area, to which it gives a place while there is one.
+// Looks for the area's place, and gives it one while some are left.
 __attribute__((noinline)) inline std::uint32_t findNumber(const dxBody* body) {
   const std::uint64_t address = reinterpret_cast<std::uintptr_t>(body);
   for (std::uint32_t place = 1; place < shared_number; ++place) {
     std::uint32_t known = body_areas[place];
     if (!known) body_areas[place].compare_exchange_strong(known, (address >> 36) + 1);
-    const std::uint64_t number = numberIn(bodyArea(place), body);
+    const std::uint64_t number = numberIn(areaTerm(place), body);
     if (number >> 32 == 0) return static_cast<std::uint32_t>(number);
   }
   return shared_number;
@@ -91,7 +91,7 @@ __attribute__((noinline)) inline std::uint32_t findNumber(const dxBody* body) {
 
 inline std::uint32_t numberOf(const dxBody* body) {
   if (!body) return 0;
-  const std::uint64_t number = numberIn(bodyArea(1), body);
+  const std::uint64_t number = numberIn(areaTerm(1), body);
   return number >> 32 == 0 ? static_cast<std::uint32_t>(number) : findNumber(body);
 }
 

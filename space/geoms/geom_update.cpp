@@ -21,12 +21,12 @@ Region updating("update: geoms"), noticing("update: what changed unnoticed");
 // Sees of most geoms that nothing changed unnoticed, and never says so where something did. Not for
 // rules by which geoms rest.
 bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
-                   const std::uint64_t* areas) {
+                   const std::uint64_t* terms) {
   return !(state & (disabled_state | no_box_state | space_state)) &&
          (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
          areFoldedTo(boxes.bits[slot].category, geom->category_bits) &&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
-         boxes.bodies[slot] == numberIn(areas[boxes.bodies[slot] % body_places], geom->body);
+         boxes.bodies[slot] == numberIn(terms[boxes.bodies[slot] % body_places], geom->body);
 }
 // Whether the geoms of a block and those asked for ahead lie further apart than in a row.
 bool areScattered(const dxGeom* first, const dxGeom* last) {
@@ -189,8 +189,8 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
     const auto askForBody = [&](std::size_t slot) {
       if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
     };
-    std::uint64_t areas[body_places];
-    for (std::uint32_t place = 0; place < body_places; ++place) areas[place] = bodyArea(place);
+    std::uint64_t terms[body_places];
+    for (std::uint32_t place = 0; place < body_places; ++place) terms[place] = areaTerm(place);
     for (std::size_t word = words.begin; word < words.end; ++word) {
       const std::uint64_t looks_here = looksIn(word);
       const bool most_here =
@@ -199,7 +199,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
         if (most_here) ask(slot + look_distance);
-        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_, areas)) continue;
+        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_, terms)) continue;
         if (bodies && most_here) askForBody(slot + look_distance / 2);
         if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes_)) changed.insert(slot);
       }

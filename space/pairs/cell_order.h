@@ -38,7 +38,7 @@ class CellOrder {
     std::uint32_t first, count;  // a power of two
     Real origin[3], scale[3];    // centres are counted from there, in mean extents
   };
-  // Those of the regions come first, and lead to themselves.
+  // The first ones stand for the regions, by number, and lead to themselves.
   struct Split {
     int axis;
     float at;             // of the upper half's least centre, or NaN
