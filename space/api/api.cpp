@@ -7,9 +7,7 @@
 #include <limits>
 #include <memory>
 #include <new>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "space/advice/advice.h"
 #include "space/contacts/reducers.h"
@@ -307,43 +305,6 @@ int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags, dCon
   dUASSERT(isLength(step), "step is not a time");
   dUASSERT((flags & 0xffff) > 0, "flags for no contact");
   return collideSwept(o1, o2, step, flags, contacts, skip);
-}
-
-void dParallelSAPSpaceSetWarnings(dSpaceID space, int on) try {
-  ParallelSAPSpace& own = checked(space);
-  dUASSERT(!own.isLocked(), "invalid operation for locked space");
-  const Advice* const advice = own.observers().find<Advice>();
-  if (on && !advice) own.observe(std::make_unique<Advice>());
-  if (!on && advice && !own.settings().print_stats) own.observers().remove(advice);
-} catch (const std::bad_alloc&) {
-}
-
-int dParallelSAPSpaceGetWarnings(dSpaceID space) {
-  return checked(space).observers().find<Advice>() != nullptr;
-}
-
-int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size) try {
-  const Advice* const advice = checked(space).observers().find<Advice>();
-  dAASSERT(text || size == 0);
-  if (size > 0) text[0] = '\0';
-  if (!advice) return 0;
-  const std::vector<std::string> lines = advice->physics().lines();
-  std::string all;
-  for (const std::string& line : lines) all += line + "\n";
-  if (size > 0) text[all.copy(text, size - 1)] = '\0';
-  return static_cast<int>(lines.size());
-} catch (const std::bad_alloc&) {
-  return 0;
-}
-
-int dParallelSAPSpaceGetWarning(dSpaceID space, int i, dParallelSAPWarning* warning, size_t size) {
-  const Advice* const advice = checked(space).observers().find<Advice>();
-  dAASSERT(warning && i >= 0);
-  dParallelSAPWarning known = {};
-  if (!advice || !advice->physics().find(i, &known)) return 0;
-  std::memset(static_cast<void*>(warning), 0, size);
-  std::memcpy(static_cast<void*>(warning), &known, std::min(size, sizeof known));
-  return 1;
 }
 
 void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space, dParallelSAPStats* stats) {

@@ -21,13 +21,9 @@ class SpaceObserver {
   virtual void see(dGeomID a, dGeomID b) = 0;
   // These were all, of a frame without contacts.
   virtual void endPairs() {}
-  // A frame within no callback is over, its callbacks too. `swept`: the step of swept bounds.
-  virtual void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
-    (void)geoms, (void)slots, (void)swept;
-  }
   // The space ends, whose frames took so long on average, their stages by pair and all.
   virtual void end(double pairs_ms, double frame_ms) { (void)pairs_ms, (void)frame_ms; }
-  // A geom leaves the space, or with null any one may leave a sub-space while callbacks run.
+  // A geom leaves the space.
   virtual void forget(const dxGeom*) {}
 
  private:

@@ -265,7 +265,6 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
     return require(!odeAsserts(), "a geom of a locked space moves or changes, as",
                    "dGeomSetPosition");
   reports_.noteChangeWithin(static_cast<dxSpace*>(geom), slot);
-  observers_.forEach([](SpaceObserver& observer) { observer.forget(nullptr); });
 }
 
 // To the spaces of ours around this one, too.
@@ -432,10 +431,6 @@ void ParallelSAPSpace::runFrame(Collide collide) {
   beginFrame(call);
   with(call.workspace() ? &call.workspace()->frame : nullptr, [&](FrameLists& lists) {
     last_pairs_ = collide({scene(call.nested()), lists, tree_, settings_, getManualCleanup() != 0});
-  });
-  if (call.nested()) return;
-  observers_.forEach([&](SpaceObserver& observer) {
-    observer.endFrame(slots_.geoms().data(), slots_.size(), swept_.step());
   });
 }
 

@@ -163,8 +163,8 @@ void report() {
                  "ode-parallel-sap: %s would answer %llu dSpaceCollide2 of %s on all threads\n",
                  call, queries, by);
   });
-  for (const std::string& line : sums.advice.lines(each.pairs_ms(), each.total_ms))
-    std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
+  const std::string line = sums.advice.line(each.pairs_ms(), each.total_ms);
+  if (!line.empty()) std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
 }
 
 void noteChange(dxGeom* geom, dBodyID body) {

@@ -449,29 +449,6 @@ TEST_CASE("Wherever memory ends in rays and probes, none misses a geom of a larg
   }
 }
 
-TEST_CASE("Warnings that find no memory leave the pairs as they are", "[memory]") {
-  for (const std::size_t n : {3, 300}) {
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(n, 9));
-    for (const dGeomID geom : world.geoms()) dBodySetLinearVel(world.giveBody(geom), 1, 0, 0);
-    const std::size_t expected = collide(space).size();
-    dParallelSAPSpaceSetWarnings(space, 1);
-    int failures = 0;
-    for (int frame = 0; frame < 600; ++frame) {
-      INFO(n << " boxes, frame " << frame);
-      std::size_t pairs = 0;
-      {
-        const Allocations allocations(frame % 3, false);
-        dSpaceCollide(space, &pairs, countPair);
-      }
-      failures += Allocations::failed();
-      CHECK(pairs == expected);
-    }
-    CHECK(failures > 0);
-  }
-}
-
 TEST_CASE("A contact callback that throws without memory leaves no space locked", "[memory]") {
   const Said said;
   const auto count = [](void* data, dGeomID a, dGeomID b, const dContactGeom*, int) {

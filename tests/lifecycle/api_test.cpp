@@ -48,7 +48,6 @@ const Setting kSettings[] = {
     {SETTING(CullPlanes), kSwitch, {}},
     {SETTING(Events), kSwitch, {}},
     {SETTING(Notified), kSwitch, {}},
-    {SETTING(Warnings), kSwitch, {}},
     {SETTING(Tolerance), kDistance, {-1, kInfinity, kNaN}},
     {SETTING(SweptBounds), kDistance, {-1, kInfinity, kNaN}}};
 #undef SETTING
@@ -312,7 +311,6 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   const dSpaceID stock = dHashSpaceCreate(nullptr);
   const dSpaceID sweep = dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
   dParallelSAPStats stats;
-  dParallelSAPWarning warning;
   const dParallelSAPPairEvent* events;
   const unsigned* numbers;
   unsigned number;
@@ -337,8 +335,6 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
       CALL(dParallelSAPSpaceFindPair, (wrong, ball, ball, &number)),
       CALL(dParallelSAPSpaceNotify, (wrong, nullptr)),
       CALL(dParallelSAPSpaceIsFast, (wrong, ball)),
-      CALL(dParallelSAPSpaceFindWarnings, (wrong, nullptr, 0)),
-      CALL(dParallelSAPSpaceGetWarning, (wrong, 0, &warning, sizeof warning)),
       CALL(dParallelSAPSpaceGetStats, (wrong, &stats))};
 #undef CALL
   const auto messageOf = [](auto call) -> std::string {

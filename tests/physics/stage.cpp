@@ -242,4 +242,22 @@ bool Stage::isFinite() const {
   });
 }
 
+double gapOf(dJointID joint) {
+  dVector3 a = {0, 0, 0, 0}, b = {0, 0, 0, 0};
+  switch (dJointGetType(joint)) {
+    case dJointTypeBall:
+      dJointGetBallAnchor(joint, a);
+      dJointGetBallAnchor2(joint, b);
+      break;
+    case dJointTypeHinge:
+      dJointGetHingeAnchor(joint, a);
+      dJointGetHingeAnchor2(joint, b);
+      break;
+    default:
+      break;
+  }
+  dSubtractVectors3(a, a, b);
+  return static_cast<double>(dCalcVectorLength3(a));
+}
+
 }  // namespace sap_test::physics

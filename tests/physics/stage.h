@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "../../examples/tradeoff/harness/vectors.h"
-#include "../../space/advice/joints.h"
 
 namespace sap_test::physics {
 
@@ -143,6 +142,7 @@ class Stage {
   bool seeds_ = true;
 };
 
-using ode_parallel_sap::gapOf;
+// Between its anchors.
+double gapOf(dJointID joint);
 
 }  // namespace sap_test::physics

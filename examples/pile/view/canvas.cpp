@@ -31,7 +31,6 @@ constexpr Colour ground_colour = {0.62F, 0.64F, 0.56F};
 constexpr Colour ground_back_colour = {0.62F, 0.64F, 0.56F, 0.4F};  // bodies shine through
 constexpr Colour awake_colour = {1.0F, 0.5F, 0.08F};
 constexpr Colour asleep_colour = {0.45F, 0.3F, 0.85F};
-constexpr Colour warned_colour = {1, 0.1F, 0.5F};
 constexpr Colour box_colour = {1, 0, 0, 0.2F};
 constexpr Colour contact_colour = {0, 1, 0.4F};
 
@@ -141,11 +140,6 @@ void Canvas::aim(const Camera& camera) const {
 }
 
 void Canvas::draw(const Simulation& simulation, const Layers& layers) {
-  warned_.clear();
-  dParallelSAPWarning warning;
-  if (dSpaceIsParallelSAP(world_.space()))
-    for (int i = 0; dParallelSAPSpaceGetWarning(world_.space(), i, &warning, sizeof warning); ++i)
-      warned_.insert({warning.o1, warning.o2});
   for (dGeomID geom : world_.geoms())
     if (!dGeomGetBody(geom) || layers.bodies) drawGeom(geom);
   drawGroundFromBehind();
@@ -159,11 +153,9 @@ void Canvas::draw(const Simulation& simulation, const Layers& layers) {
       if (dGeomGetBody(geom)) drawBox(geom);
 }
 
-// Bodies that a warning about physics names are told apart.
 void Canvas::drawGeom(dGeomID geom) {
   const dBodyID body = dGeomGetBody(geom);
   const Colour& colour = !body                  ? ground_colour
-                         : warned_.count(geom)  ? warned_colour
                          : dBodyIsEnabled(body) ? awake_colour
                                                 : asleep_colour;
   const int shape = dGeomGetClass(geom);

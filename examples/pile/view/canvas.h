@@ -3,7 +3,6 @@
 
 #include <array>
 #include <memory>
-#include <set>
 
 #include "../simulation.h"
 #include "../world.h"
@@ -45,7 +44,6 @@ class Canvas {
   float scale_;
   float floor_;  // the height of drawstuff's ground
   std::unique_ptr<MeshLists> meshes_;
-  std::set<dGeomID> warned_;
 };
 
 // Whether drawstuff's flat ground, and so its shadows, is where the scene's ground is.

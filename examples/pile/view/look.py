@@ -41,7 +41,6 @@ class Picture:
         red, green, blue = (pixels[:, :, i] + 1e-6 for i in range(3))
         self.awake = (red > 1.5 * green) & (green > 2 * blue)
         self.asleep = (blue > 1.5 * red) & (red > 1.2 * green)
-        self.warned = (red > 1.5 * blue) & (blue > 2 * green)
         self.sky = (blue > 1.6 * green) & (green > 3 * red)
         self.flat_ground = (abs(red - green) < 0.02) & (red > 1.4 * blue)
         self.terrain = (green > 1.005 * red) & (green < 1.1 * red) & (blue < green) & (blue > 0.8 * green)
@@ -104,7 +103,7 @@ def test_place():
 
 
 def test_colours():
-    """Awake bodies are orange, those asleep violet, those of warnings red, and nothing else is either."""
+    """Awake bodies are orange, those asleep violet, and nothing else is either."""
     options = ("--scene", "torus", "--bodies", "12", "-notex")
     picture, _ = snapshot(*options, "--steps", "1")
     picture.expect("awake", 0.05, 0.6)
@@ -115,10 +114,6 @@ def test_colours():
     check("12 of 12 bodies asleep" in output, "all bodies are asleep")
     picture.expect("awake", 0, 0)
     picture.expect("asleep", 0.05, 0.6)
-    for warns in False, True:
-        os.environ["ODE_PARALLEL_SAP_STATS"] = str(int(warns))
-        picture, _ = snapshot("--scene", "cubes", "--bodies", "40", "--steps", "40", "--dt", "0.05", "-notex")
-        picture.expect("warned", 0.0005 if warns else 0, 0.1 if warns else 0)
 
 
 def test_terrain():

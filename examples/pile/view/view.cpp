@@ -106,8 +106,7 @@ class Drawstuff : public Viewer {
     if (!options_.view) return;
     setWindowTitle(show_->title());
     std::puts(
-        "Space: shove the bodies; a: their bounding boxes; t: contacts; o: draw bodies or not; w: "
-        "mark those that warnings about physics name");
+        "Space: shove the bodies; a: their bounding boxes; t: contacts; o: draw bodies or not");
     std::fflush(stdout);
   }
 
@@ -146,9 +145,6 @@ class Drawstuff : public Viewer {
     if (key == ' ') show_->shove();
     if (key == 'a' || key == 'A') layers_.boxes ^= true;
     if (key == 't' || key == 'T') layers_.contacts ^= true;
-    const dSpaceID space = show_->world.space();
-    if ((key == 'w' || key == 'W') && dSpaceIsParallelSAP(space))
-      dParallelSAPSpaceSetWarnings(space, !dParallelSAPSpaceGetWarnings(space));
     if (key == 'o' || key == 'O') layers_.bodies ^= true;
   }
 

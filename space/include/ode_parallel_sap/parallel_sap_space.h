@@ -343,24 +343,6 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 ODE_PARALLEL_SAP_API int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags,
                                                   dContactGeom* contacts, int skip);
 
-/* Nonzero: two of each 64 collides, and up to six more as geoms come or become fast, check for
- * regimes in which ODE's solver fails. Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. They read up
- * to 2,048 geoms and their bodies' joints, which no other thread may change. Not while locked. */
-ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
-ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
-/* Returns how many regimes were seen since warnings are on. Writes a line for each to `text`, with
- * a remedy, and '\n' at its end. The text is 0-terminated and cut off at `size`, which may be 0. */
-ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
-/* A regime that warnings saw. */
-typedef struct dParallelSAPWarning {
-  const char* name; /* with which the line begins: "load" */
-  dGeomID o1, o2;   /* the worst geom or pair; 0: none, or it left the space */
-  unsigned long long checks, first, last; /* checks that saw it; collides of these, from 0 on */
-} dParallelSAPWarning;
-/* Fills *warning, of `size` bytes, for line `i`, and returns 1, or 0 if there are fewer lines. */
-ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarning(dSpaceID space, int i,
-                                                     dParallelSAPWarning* warning, size_t size);
-
 /* The last collide, not dSpaceCollide2. Times are wall-clock milliseconds, 0 if not taken. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;          /* such collides since the space was created */
@@ -440,7 +422,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
  *   _DEVICES=n, _SKIP_STATIC=0|1, _SKIP_ASLEEP=0|1, _CULL_PLANES=0|1, _TOLERANCE=length: the
  *   settings above. So is _NOTIFIED=0|1|check, where check reports the first missing notification.
  * - ODE_PARALLEL_SAP_STATS=1: each space prints at its end what its frames, queries and rays took,
- *   which settings would leave out pairs, which calls do queries in batches, and warnings.
+ *   which settings would leave out pairs, and which calls do queries in batches.
  * - ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon: instruction set of the process.
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
  *   on. %p in it becomes the process's number. The preload library has more (space/preload). */
