@@ -9,8 +9,8 @@
 #include <new>
 #include <utility>
 
-#include "space/advice/advice.h"
 #include "space/contacts/reducers.h"
+#include "space/facts/facts.h"
 #include "space/finders/device_backend.h"
 #include "space/geoms/assertions.h"
 #include "space/ode/ode_space.h"
@@ -68,7 +68,7 @@ dSpaceID dParallelSAPSpaceCreate(dSpaceID parent) {
   dUASSERT(!parent || IS_SPACE(parent), "parent is not a space");
   auto* const space = new ParallelSAPSpace(parent);
   if (auto trace = Trace::fromEnvironment()) space->observe(std::move(trace));
-  if (space->settings().print_stats) space->observe(std::make_unique<Advice>(space));
+  if (space->settings().print_stats) space->observe(std::make_unique<Facts>());
   return space;
 }
 

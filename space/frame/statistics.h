@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "space/base/buffer.h"
+#include "space/geoms/space_observer.h"
 
 namespace ode_parallel_sap {
 
@@ -116,8 +117,9 @@ struct FrameSums {
     if (ray_queries > most) print(ray_queries, "rays", "dParallelSAPSpaceRays");
     if (geom_queries > most) print(geom_queries, "geoms", "dParallelSAPSpaceOverlaps");
   }
-  // What grows with the pairs.
-  double pairs_ms() const { return extract_ms + filter_ms + narrow_ms + report_ms; }
+  FrameTimes times() const {
+    return {update_ms, extract_ms + filter_ms + narrow_ms + report_ms, total_ms};
+  }
   // Of a frame.
   FrameSums average() const {
     FrameSums average;

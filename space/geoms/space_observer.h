@@ -2,12 +2,19 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "space/geoms/pack_rules.h"
 #include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
+
+// Milliseconds of a frame on average: of its update, of what grows with the pairs, of all.
+struct FrameTimes {
+  double update_ms, pairs_ms, all_ms;
+};
 
 class SpaceObserver {
  public:
@@ -21,8 +28,12 @@ class SpaceObserver {
   virtual void see(dGeomID a, dGeomID b) = 0;
   // These were all, of a frame without contacts.
   virtual void endPairs() {}
-  // The space ends, whose frames took so long on average, their stages by pair and all.
-  virtual void end(double pairs_ms, double frame_ms) { (void)pairs_ms, (void)frame_ms; }
+  // A frame within no callback is over, its callbacks too. `any_moved`: since the one before.
+  virtual void endFrame(dxSpace* space, bool any_moved) { (void)space, (void)any_moved; }
+  // What it says of the space's frames in the end.
+  virtual std::vector<std::string> lines(const FrameTimes& frame) const {
+    return (void)frame, std::vector<std::string>();
+  }
   // A geom leaves the space.
   virtual void forget(const dxGeom*) {}
 

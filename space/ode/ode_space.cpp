@@ -2,11 +2,17 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
 #include <new>
 #include <optional>
+#include <string>
 #include <typeinfo>
+#include <unordered_set>
 #include <utility>
 
+#include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/assertions.h"
@@ -33,6 +39,22 @@ void reportThreadShortage(int granted, int wanted) {
            "parallel SAP space: the machine provides %d of %d threads (limits of processes or of "
            "memory), and the work goes on with these",
            granted, wanted);
+}
+
+// Spaces that are to print their sums, when they end or the process does. They may outlive all
+// else.
+struct Printing {
+  std::mutex mutex;
+  std::unordered_set<const ParallelSAPSpace*> spaces;
+  long process = 0;
+};
+Printing& printing() {
+  static Printing& all = *new Printing;
+  return all;
+}
+bool removeFromPrinting(const ParallelSAPSpace* space) {
+  const std::lock_guard<std::mutex> lock(printing().mutex);
+  return printing().spaces.erase(space) > 0;
 }
 
 }  // namespace
@@ -143,14 +165,21 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
   type = space_class;
   on_thread_shortage.store(reportThreadShortage, std::memory_order_relaxed);
+  if (!settings_.print_stats) return;
+  const std::lock_guard<std::mutex> lock(printing().mutex);
+  Printing& all = printing();
+  if (all.process == 0) std::atexit(printAtExit);
+  if (all.process != processNumber()) all.spaces.clear();  // its parent's
+  all.process = processNumber();
+  all.spaces.insert(this);
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
   require(!isLocked(), "Invalid operation for locked space", "dSpaceDestroy");
-  if (settings_.print_stats && prints_totals_) printTotals();
-  observers_.forEach([each = totals().average()](SpaceObserver& observer) {
-    observer.end(each.pairs_ms(), each.total_ms);
-  });
+  if (settings_.print_stats && removeFromPrinting(this))
+    printTotals([](const void* space, const char* text) {
+      dMessage(0, "parallel SAP space %p: %s", space, text);
+    });
   // The base class's destructor would not reach remove() any more.
   while (first) {
     if (cleanup)
@@ -160,27 +189,48 @@ ParallelSAPSpace::~ParallelSAPSpace() {
   }
 }
 
-void ParallelSAPSpace::printTotals() const {
+void ParallelSAPSpace::printTotals(Print print) const {
   const FrameSums sums = totals(), frame = sums.average();
+  const auto line = [&](const char* format, auto... values) {
+    char text[512];
+    std::snprintf(text, sizeof text, format, values...);
+    print(this, text);
+  };
   if (sums.frames)
-    dMessage(
-        0,
-        "parallel SAP space %p: %llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, "
-        "%.3f ms (update %.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report "
-        "%.3f)",
-        static_cast<const void*>(this), sums.frames, kernelSet().name, frame.geoms, frame.pairs,
-        frame.contacts, frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms,
-        frame.filter_ms, frame.narrow_ms, frame.report_ms);
+    line(
+        "%llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, %.3f ms (update %.3f, "
+        "synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
+        sums.frames, kernelSet().name, frame.geoms, frame.pairs, frame.contacts, frame.total_ms,
+        frame.update_ms, frame.synchronise_ms, frame.extract_ms, frame.filter_ms, frame.narrow_ms,
+        frame.report_ms);
   if (sums.queries || sums.rays || sums.probes)
-    dMessage(0,
-             "parallel SAP space %p: dSpaceCollide2 of %llu geoms with their callbacks took %.3f "
-             "ms, %llu rays took %.3f ms, %llu probes took %.3f ms",
-             static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays, sums.rays_ms,
-             sums.probes, sums.probes_ms);
+    line(
+        "dSpaceCollide2 of %llu geoms with their callbacks took %.3f ms, %llu rays took %.3f ms, "
+        "%llu probes took %.3f ms",
+        sums.queries, sums.queries_ms, sums.rays, sums.rays_ms, sums.probes, sums.probes_ms);
   sums.adviseBatches([&](unsigned long long queries, const char* by, const char* call) {
-    dMessage(0, "parallel SAP space %p: %s would answer %llu dSpaceCollide2 of %s on all threads",
-             static_cast<const void*>(this), call, queries, by);
+    line("%s would answer %llu dSpaceCollide2 of %s on all threads", call, queries, by);
   });
+  observers_.forEach([&](const SpaceObserver& observer) {
+    for (const std::string& text : observer.lines(frame.times())) print(this, text.c_str());
+  });
+}
+
+void ParallelSAPSpace::printNoTotals() {
+  removeFromPrinting(this);
+}
+
+// To stderr, since a program's handler may be gone. A forked child ends without its parent's
+// spaces. Other threads may use them still: of their sums numbers alone are read.
+void ParallelSAPSpace::printAtExit() {
+  Printing& all = printing();
+  const std::unique_lock<std::mutex> lock(all.mutex, std::try_to_lock);
+  if (!lock || all.process != processNumber()) return;
+  for (const ParallelSAPSpace* const space : all.spaces)
+    space->printTotals([](const void* of, const char* text) {
+      std::fprintf(stderr, "parallel SAP space %p: %s\n", of, text);
+    });
+  all.spaces.clear();
 }
 
 // ODE's own function goes through the list, unless the geom after the last one is asked for.
@@ -358,12 +408,15 @@ void ParallelSAPSpace::cleanGeoms() {
   const Lock lock(*this, Use::query);
   if (lock.isGuest()) return;
   checkSilent();
-  if (needs_clean_) pipeline_.clean(scene(/*nested=*/true), settings_);
+  if (!needs_clean_) return;
+  any_moved_ = true;
+  pipeline_.clean(scene(/*nested=*/true), settings_);
 }
 
 // Before a query: where few geoms changed since the last one, these are known.
 void ParallelSAPSpace::cleanFew() {
   if (!needs_clean_) return;
+  any_moved_ = true;
   const Scene all = scene(/*nested=*/true);
   if (GeomTree* const tree = tree_.get(); tree && tree->clean(slots_.geoms()))
     all.noteClean();
@@ -393,6 +446,7 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   if (notified != notify_all_calls_seen_) notify(nullptr);
   notify_all_calls_seen_ = notified;
   checkSilent();
+  if (needs_clean_) any_moved_ = true;
   observers_.forEach([&](SpaceObserver& observer) {
     if (call.nested() || !observer.wantsScene()) return;
     const Scene all = scene(/*nested=*/false);
@@ -432,6 +486,9 @@ void ParallelSAPSpace::runFrame(Collide collide) {
   with(call.workspace() ? &call.workspace()->frame : nullptr, [&](FrameLists& lists) {
     last_pairs_ = collide({scene(call.nested()), lists, tree_, settings_, getManualCleanup() != 0});
   });
+  if (call.nested()) return;
+  observers_.forEach([&](SpaceObserver& observer) { observer.endFrame(this, any_moved_); });
+  any_moved_ = false;
 }
 
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {

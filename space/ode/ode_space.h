@@ -94,8 +94,8 @@ class ParallelSAPSpace : public dxSpace {
   // Where dxHashSpace has its levels, at the beginning: without assertions ODE's
   // dHashSpaceSetLevels writes there in any space.
   int hash_levels_[2] = {-3, 10};
-  // Whether it prints the sums itself at its end.
-  bool prints_totals_ = true;
+  // Others print the sums.
+  void printNoTotals();
 
  private:
   class Use;
@@ -141,7 +141,9 @@ class ParallelSAPSpace : public dxSpace {
   void requireOpen(const char* function, bool destroys = false) const;
   void checkUser();
   void complainOfThreads();
-  void printTotals() const;
+  using Print = void (*)(const void* space, const char* text);
+  void printTotals(Print print) const;
+  static void printAtExit();
 
   std::atomic<std::thread::id> user_{std::thread::id()};  // the thread that is in the space
   Settings settings_;
@@ -159,6 +161,7 @@ class ParallelSAPSpace : public dxSpace {
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
   std::size_t last_pairs_ = 0;  // of the last frame
+  bool any_moved_ = false;      // since the last frame within no callback
   Workspace workspace_;
   SpaceObservers observers_;
 };

@@ -15,8 +15,8 @@
 #include <unordered_set>
 #include <utility>
 
-#include "space/advice/advice.h"
 #include "space/contacts/collider_threads.h"
+#include "space/facts/facts.h"
 #include "space/frame/statistics.h"
 #include "space/geoms/assertions.h"
 #include "space/ode/environment.h"
@@ -37,7 +37,7 @@ struct Account {
   const Clock::time_point begin = Clock::now();
   std::unordered_set<const StandIn*> alive;
   FrameSums frames;
-  Advice advice;
+  Facts facts;
   PrecomputedContacts::Counts precomputed;
 };
 
@@ -50,7 +50,7 @@ Account& account() {
 class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
-    prints_totals_ = false;  // one account for all of them
+    printNoTotals();  // one account for all of them
     stock_first_ = nameFromEnvironment("ODE_PARALLEL_SAP_FIRST", {"added", "stock"}, 0) == 1 &&
                    (space_class == dSimpleSpaceClass || space_class == dHashSpaceClass);
     const int mode = nameFromEnvironment("ODE_PARALLEL_SAP_CONTACTS", {"auto", "off", "on"}, 0);
@@ -63,14 +63,14 @@ class StandIn final : public ParallelSAPSpace {
         nameFromEnvironment("ODE_PARALLEL_SAP_NOTIFIED", notified_modes, 1) != 0;
     if (auto trace = Trace::fromEnvironment()) observe(std::move(trace));
     if (!settings().print_stats) return;
-    observe(std::make_unique<Advice>());
-    advice_ = observers().find<Advice>();
+    observe(std::make_unique<Facts>());
+    facts_ = observers().find<Facts>();
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.insert(this);
   }
 
   ~StandIn() {
-    if (!advice_) return;
+    if (!facts_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.erase(this);
     addTo(account());
@@ -97,7 +97,7 @@ class StandIn final : public ParallelSAPSpace {
 
   void addTo(Account& sums) const {
     sums.frames.add(totals());
-    sums.advice.add(*advice_);
+    sums.facts.add(*facts_);
     if (precomputed_) sums.precomputed.add(precomputed_->counts());
   }
 
@@ -121,7 +121,7 @@ class StandIn final : public ParallelSAPSpace {
   bool stock_first_;
   long long moves_ = 0;
   std::unordered_map<const dxGeom*, long long> moved_;  // the last moves, if stock_first_
-  const Advice* advice_ = nullptr;                      // where it is counted
+  const Facts* facts_ = nullptr;                        // where they are counted
   const PrecomputedContacts* precomputed_ = nullptr;    // the space's
 };
 
@@ -163,8 +163,8 @@ void report() {
                  "ode-parallel-sap: %s would answer %llu dSpaceCollide2 of %s on all threads\n",
                  call, queries, by);
   });
-  const std::string line = sums.advice.line(each.pairs_ms(), each.total_ms);
-  if (!line.empty()) std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
+  for (const std::string& line : sums.facts.lines(each.times()))
+    std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
 }
 
 void noteChange(dxGeom* geom, dBodyID body) {

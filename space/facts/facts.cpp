@@ -1,0 +1,221 @@
+#include "space/facts/facts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <new>
+
+#include "space/geoms/geom_sides.h"
+#include "space/geoms/pair_rule.h"
+#include "space/ode/ode_space.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+constexpr double least_share = 0.05;  // fixed: of the pairs, or of a frame's time; less is not said
+constexpr double most_moved = 0.5;    // sides; as in dParallelSAPSpaceIsFast
+constexpr double most_coarse = 1.0 / 512;  // sides; fixed: a contact is rarely deeper
+
+constexpr PackRules of_static = {true, false}, of_asleep = {false, true};
+
+bool isStill(dBodyID body, dReal speed, dReal turn) {
+  return dCalcVectorLength3(dBodyGetLinearVel(body)) <= speed &&
+         dCalcVectorLength3(dBodyGetAngularVel(body)) <= turn;
+}
+
+// Whether a body would sleep but for a kinematic one that stands still: ODE wakes what touches an
+// enabled body.
+bool isKeptAwake(dBodyID body, dBodyID other) {
+  return body && other && dBodyIsKinematic(other) && dBodyIsEnabled(other) &&
+         !dBodyGetAutoDisableFlag(other) && isStill(other, 0, 0) && !dBodyIsKinematic(body) &&
+         dBodyGetAutoDisableFlag(body) &&
+         isStill(body, dBodyGetAutoDisableLinearThreshold(body),
+                 dBodyGetAutoDisableAngularThreshold(body));
+}
+
+// Of the corners with all lower and all upper bounds, the one that moved farther.
+double lengthOf(const LastGeoms::Box& motion) {
+  double squares[2] = {0, 0};
+  for (std::size_t i = 0; i < 6; ++i)
+    squares[i % 2] += static_cast<double>(motion[i]) * static_cast<double>(motion[i]);
+  return std::sqrt(std::max(squares[0], squares[1]));
+}
+
+}  // namespace
+
+void LastGeoms::pass(std::size_t end) {
+  for (; next_ < end; ++next_) passed_[last_[next_].geom] = next_;
+}
+
+const LastGeoms::Geom* LastGeoms::find(const dxGeom* geom) {
+  constexpr std::size_t ahead = 8;  // fixed: geoms that left
+  if (next_ < last_.size() && last_[next_].geom == geom) return &last_[next_++];
+  for (int pass_all = 0; pass_all < 2; ++pass_all) {
+    if (const auto found = passed_.find(geom); found != passed_.end()) return &last_[found->second];
+    if (next_ == last_.size()) return nullptr;
+    const std::size_t end = std::min(next_ + ahead, last_.size());
+    for (std::size_t place = next_; place < end && !pass_all; ++place) {
+      if (last_[place].geom != geom) continue;
+      pass(place);
+      return &last_[next_++];
+    }
+    pass(last_.size());
+  }
+  return nullptr;
+}
+
+void Facts::see(dGeomID a, dGeomID b) {
+  const ScopedMode mode(exactMode());
+  ++all_;
+  static_pairs_ += PairRule(of_static).isLeftOut(a, b);
+  asleep_ += PairRule(of_asleep).isLeftOut(a, b);
+  clear_ += areClearByPlane(a, b);
+  kept_awake_ += isKeptAwake(a->body, b->body) || isKeptAwake(b->body, a->body);
+}
+
+void Facts::endFrame(dxSpace* space, bool any_moved) try {
+  ++frames_;
+  facts_[fast].now = facts_[swept].now = 0;
+  if (any_moved) {
+    const ScopedMode mode(exactMode());
+    facts_[far_away].now = facts_[invalid].now = 0;
+    last_.begin();
+    seeSpace(space, !parallelSAPSpace(space)->settings().rules.skip_static);
+  }
+  for (Fact& fact : facts_) {
+    fact.frames += fact.now > 0;
+    fact.most = std::max(fact.most, fact.now);
+  }
+} catch (const std::bad_alloc&) {  // then it begins anew
+  last_ = LastGeoms();
+}
+
+void Facts::seeSpace(dxSpace* space, bool counts) {
+  const ParallelSAPSpace* const own = parallelSAPSpace(space);
+  const Kind kind = own && own->sweptBounds() > 0 ? swept : fast;
+  for (dxGeom* geom = space->first; geom; geom = geom->next) {
+    geoms_ += counts;
+    // What a callback moved or put there is new in the next frame.
+    if (geom->gflags & GEOM_DIRTY || !isEnabled(geom) || geom->type == dRayClass) continue;
+    if (IS_SPACE(geom))
+      seeSpace(static_cast<dxSpace*>(geom), false);
+    else if (hasNaN(geom))
+      note(invalid, geom, 0);
+    else if (isPlain(geom))
+      static_ += seeGeom(geom, kind) && counts && !geom->body;
+  }
+}
+
+// Whether it has stood still, as far as that is known.
+bool Facts::seeGeom(dxGeom* geom, Kind kind) {
+  const LastGeoms::Geom* const before = last_.find(geom);
+  LastGeoms::Geom now = before ? *before : LastGeoms::Geom{geom, {}, {}, 0, 0};
+  std::copy_n(geom->aabb, 6, now.box.begin());
+  const bool is_still = !before || now.box == before->box;
+  if (!before || !is_still) {
+    const double side = static_cast<double>(smallestSide(geom));
+    if (!(side > 0)) return is_still;
+    dReal farthest = 0;
+    for (const dReal bound : now.box) farthest = std::max(farthest, std::fabs(bound));
+    now.coarse = static_cast<double>(farthest * std::numeric_limits<dReal>::epsilon()) / side;
+    if (before) {
+      dReal along = 0;
+      for (std::size_t i = 0; i < 6; ++i) {
+        now.motion[i] = now.box[i] - before->box[i];
+        along += now.motion[i] * before->motion[i];
+      }
+      now.moved = lengthOf(now.motion) / side;
+      // Twice in a row and the same way: what is put elsewhere passes nothing.
+      const double least = std::min(now.moved, before->moved);
+      if (along > 0 && least > most_moved) note(kind, geom, least);
+    }
+  }
+  if (now.coarse > most_coarse) note(far_away, geom, now.coarse);
+  last_.add(now);
+  return is_still;
+}
+
+void Facts::note(Kind kind, const dxGeom* geom, double measure) {
+  Fact& fact = facts_[kind];
+  ++fact.now;
+  if (fact.geom && !(measure > fact.worst)) return;
+  fact.worst = measure;
+  fact.geom = geom;
+}
+
+void Facts::add(const Facts& other) {
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    Fact& fact = facts_[kind];
+    const Fact& more = other.facts_[kind];
+    fact.most = std::max(fact.most, more.most);
+    fact.frames += more.frames;
+    if (!more.geom || (fact.geom && !(more.worst > fact.worst))) continue;
+    fact.worst = more.worst;
+    fact.geom = more.geom;
+  }
+  frames_ += other.frames_;
+  geoms_ += other.geoms_;
+  static_ += other.static_;
+  all_ += other.all_;
+  static_pairs_ += other.static_pairs_;
+  asleep_ += other.asleep_;
+  clear_ += other.clear_;
+  kept_awake_ += other.kept_awake_;
+}
+
+std::vector<std::string> Facts::lines(const FrameTimes& frame) const {
+  constexpr const char* texts[kinds] = {
+      "moved by more than half of their smallest side between frames and may pass through others; "
+      "the worst moved %.3g sides",
+      "moved by more than half of their smallest side between frames, which swept bounds cover; "
+      "the worst moved %.3g sides",
+      "are so far from the origin that a step of dReal is more than 1/512 of their smallest side; "
+      "at the worst %.2g sides",
+      "had NaN bounds and were in no pair"};
+  std::vector<std::string> all;
+  char text[512];
+  const auto print = [&text](const char* format, auto... values) -> std::string {
+    std::snprintf(text, sizeof text, format, values...);
+    return text;
+  };
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    const Fact& fact = facts_[kind];
+    if (fact.most == 0) continue;
+    const std::string what =
+        kind == invalid ? std::string(texts[kind]) : print(texts[kind], fact.worst);
+    all.push_back(print("up to %zu geoms at once ", fact.most) + what +
+                  print(" (geom %p); in %llu of %llu frames", fact.geom, fact.frames, frames_));
+  }
+  const auto shareOf = [](unsigned long long part, unsigned long long whole) {
+    return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+  };
+  if (const double share = shareOf(kept_awake_, all_); share >= least_share)
+    all.push_back(print(
+        "%.0f %% of the pairs have a body at rest that an enabled kinematic body keeps awake, so "
+        "ODE_PARALLEL_SAP_SKIP_ASLEEP=1 leaves none of them out",
+        100 * share));
+  std::string options;
+  const auto name = [&](double share, double ms, const char* option, const char* of,
+                        const char* which) {
+    if (share < least_share) return;
+    if (!options.empty()) options += ", ";
+    options += print("%s would leave out %.0f %% of the %s (%s), at most %.2g of %.2g ms", option,
+                     100 * share, of, which, share * ms, frame.all_ms);
+  };
+  const auto namePairs = [&](unsigned long long pairs, const char* option, const char* which) {
+    name(shareOf(pairs, all_), frame.pairs_ms, option, "pairs", which);
+  };
+  namePairs(static_pairs_, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");
+  namePairs(asleep_, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");
+  namePairs(clear_, "ODE_PARALLEL_SAP_CULL_PLANES=1", "a plane and a geom clear of it");
+  if (const double share = shareOf(static_, geoms_);
+      share * frame.update_ms >= least_share * frame.all_ms)
+    name(share, frame.update_ms, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "geoms from the update",
+         "without a body");
+  if (!options.empty()) all.push_back(options);
+  return all;
+}
+
+}  // namespace ode_parallel_sap
