@@ -1,6 +1,7 @@
 #include "space/base/platform.h"
 
 #if defined(_WIN32)
+#include <stdlib.h>
 #include <windows.h>
 #else
 #include <pthread.h>
@@ -9,6 +10,7 @@
 #if defined(__linux__)
 #include <sys/syscall.h>
 #elif defined(__APPLE__)
+#include <crt_externs.h>
 #include <mach/mach.h>
 #endif
 
@@ -38,6 +40,20 @@ void onFork(void (*before)(), void (*in_parent)(), void (*in_child)()) {
 
 long processNumber() {
   return getpid();
+}
+#endif
+
+#if defined(_WIN32)
+char** environment() {
+  return _environ;
+}
+#elif defined(__APPLE__)
+char** environment() {
+  return *_NSGetEnviron();
+}
+#else
+char** environment() {
+  return environ;
 }
 #endif
 

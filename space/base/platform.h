@@ -28,6 +28,9 @@ std::uint64_t freeMemory();
 // parent and in the child. Windows has no fork.
 void onFork(void (*before)(), void (*in_parent)(), void (*in_child)());
 
+// The process's variables, NAME=VALUE, up to a null.
+char** environment();
+
 // The number that the system gives to this process.
 long processNumber();
 

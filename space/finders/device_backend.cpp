@@ -44,9 +44,15 @@ DeviceBackend::~DeviceBackend() {
   if (finder_ && DevicePool::isLost()) (void)finder_.release();
 }
 
-bool deviceAvailable() {
+bool deviceAvailable(std::string* missing) {
   DevicePool& pool = DevicePool::get();
-  if (pool.count() == 0 && !pool.hasFull()) return false;
+  if (pool.count() == 0 && !pool.hasFull()) {
+    if (missing && DevicePool::isLost())
+      *missing = "this process was forked by one that uses the GPU";
+    else if (missing && !cudaDevices(missing).empty())
+      *missing = "the devices cannot be used";
+    return false;
+  }
   pool.prepare(1);
   return true;
 }
@@ -166,7 +172,8 @@ struct DeviceBackend::Finder {};
 DeviceBackend::DeviceBackend() = default;
 DeviceBackend::~DeviceBackend() = default;
 
-bool deviceAvailable() {
+bool deviceAvailable(std::string* missing) {
+  if (missing) *missing = "this build is without CUDA";
   return false;
 }
 DeviceBackend::Devices DeviceBackend::devices() const {

@@ -12,7 +12,8 @@ namespace ode_parallel_sap {
 // Whether this build has the back end and this machine a device for it. Loads the driver at the
 // first call, and has another thread make the first device ready, so that no frame waits for that
 // if the program loads something meanwhile. One that does without the back end never comes here.
-bool deviceAvailable();
+// `missing`: gets what is missing of the build, the driver and the device.
+bool deviceAvailable(std::string* missing = nullptr);
 
 // What the policy decided of the extraction.
 struct ExtractionPlan {

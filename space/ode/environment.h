@@ -9,12 +9,11 @@ namespace ode_parallel_sap {
 
 // The names that a variable may have, by their numbers; `value` where it is not set. Complains to
 // dMessage of others.
-int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value,
-                        const char* complaint = "not understood");
+int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value);
 constexpr std::initializer_list<const char*> notified_modes = {"0", "1", "check"};
 
 // The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
-// once; complaints go to dMessage.
+// once. Complaints, also of unknown names, go to dMessage, each once in a process.
 Settings settingsFromEnvironment();
 
 }  // namespace ode_parallel_sap

@@ -1,6 +1,7 @@
 // The environment variables that stand for settings.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -58,6 +59,11 @@ const Setting kSettings[] = {
     {"SIMD", nullptr, {}, {"mmx", "SSE2"}},
     {"STATS", nullptr, {}, {"yes", "2"}}};
 
+// Whether a value is one of a few words.
+bool isName(const std::string& value) {
+  return value == "0" || value == "1" || value.find_first_of("0123456789") == std::string::npos;
+}
+
 }  // namespace
 
 TEST_CASE("The environment sets the defaults of new spaces only", "[environment]") {
@@ -93,10 +99,33 @@ TEST_CASE("Environment variables that make no sense are reported and ignored", "
       const Messages messages;
       const Space space;
       INFO(name << "=" << value);
+      const Space other;  // which says it no more
       REQUIRE(messages.all().size() == 1);
-      CHECK(messages.all()[0].find(name + "=" + value) == 0);
+      const std::string& said = messages.all()[0];
+      CHECK(said.find(name + "=" + value) == 0);
+      for (const auto& [allowed, expected] : setting.values)
+        CHECK((!isName(allowed) || said.find(allowed) != std::string::npos));
       for (const Setting& any : kSettings) CHECK((!any.get || any.get(space) == 0));
     }
+}
+
+TEST_CASE("A variable that the library does not know is reported once, with those that it knows",
+          "[environment]") {
+  const BareEnvironment bare;
+  const Space before;  // reports what the person who runs the tests has misspelt
+  const Variable misspelt("ODE_PARALLEL_SAP_STAT", "1"), of_tests("ODE_PARALLEL_SAP_TEST_X", "1");
+  const Variable empty("ODE_PARALLEL_SAP_", ""), other("ODE_PARALLEL_SAPLING", "1");
+  const Messages messages;
+  const Space space, later;
+  REQUIRE(messages.all().size() == 2);
+  for (const std::string name : {"ODE_PARALLEL_SAP_STAT ", "ODE_PARALLEL_SAP_ "}) {
+    const auto& all = messages.all();
+    CHECK(std::count_if(all.begin(), all.end(), [&](const std::string& said) {
+            return said.find(name + "is no variable of this library and is ignored") == 0;
+          }) == 1);
+  }
+  for (const Setting& setting : kSettings)
+    CHECK(messages.all()[0].find(setting.variable) != std::string::npos);
 }
 
 TEST_CASE("What is not to be had is reported when the environment asks for it", "[environment]") {
@@ -106,7 +135,14 @@ TEST_CASE("What is not to be had is reported when the environment asks for it", 
   const Variable variable("ODE_PARALLEL_SAP_BACKEND", "cuda");
   const Messages messages;
   const Space space;
-  CHECK(messages.all().empty() == cuda);
+  REQUIRE(messages.all().empty() == cuda);
+  if (!cuda) {
+    const std::string& said = messages.all()[0];
+    INFO(said);
+    const auto names = [&](const char* what) { return said.find(what) != std::string::npos; };
+    CHECK(names("ODE_PARALLEL_SAP_BACKEND=cuda is not to be had ("));
+    CHECK((names("this build is without CUDA") || names("driver") || names("device")));
+  }
   CHECK(dParallelSAPSpaceGetBackend(space) ==
         (cuda ? dParallelSAPBackendCUDA : dParallelSAPBackendAuto));
 }
@@ -151,6 +187,9 @@ TEST_CASE("ODE_PARALLEL_SAP_SIMD forces an instruction set that the processor ha
   const BareEnvironment bare;
   const std::string best = instructionSetInUse();
   CHECK(processorHas(best));
+  std::string here;
+  for (const char* const set : {"portable", "sse2", "avx2", "avx512", "neon"})
+    if (processorHas(set)) here += (here.empty() ? "" : ", ") + std::string(set);
   for (const std::string set : {"portable", "sse2", "avx2", "avx512", "neon"}) {
     INFO(set);
     const Variable variable("ODE_PARALLEL_SAP_SIMD", set.c_str());
@@ -162,8 +201,8 @@ TEST_CASE("ODE_PARALLEL_SAP_SIMD forces an instruction set that the processor ha
       const Messages messages;
       const Space space;
       REQUIRE(messages.all().size() == 1);
-      CHECK(messages.all()[0] ==
-            "ODE_PARALLEL_SAP_SIMD=" + set + " is not to be had here and is ignored");
+      CHECK(messages.all()[0] == "ODE_PARALLEL_SAP_SIMD=" + set + " is not to be had here (only " +
+                                     here + ") and is ignored");
     }
     const Variable no_longer("ODE_PARALLEL_SAP_SIMD", nullptr);
     CHECK(instructionSetInUse() == best);

@@ -47,13 +47,16 @@ for off in 0 ''; do
   [ -z "$account" ] || fail "this is said with ODE_PARALLEL_SAP_STATS=$off"
 done
 account=$(said yes)
-grep -q 'ODE_PARALLEL_SAP_STATS=yes is neither 0 nor 1 and is ignored$' <<<"$account" ||
-  fail "nothing is said of a value that is not understood"
+[ "$(grep -c 'ODE_PARALLEL_SAP_STATS=yes is none of 0, 1 and is ignored$' <<<"$account")" -eq 1 ] ||
+  fail "a value that is not understood is not reported once"
 ! grep -q 'replaced\|dSpaceCollide' <<<"$account" || fail "yes is understood"
 
 account=$(ODE_PARALLEL_SAP_CONTACTS=sometimes said 0)
-[ "$(grep -c 'ODE_PARALLEL_SAP_CONTACTS=sometimes is not understood and is ignored' <<<"$account")" -ge 1 ] ||
-  fail "nothing is said of contacts that are not understood"
+[ "$(grep -c 'ODE_PARALLEL_SAP_CONTACTS=sometimes is none of auto, off, on and is ignored' <<<"$account")" -eq 1 ] ||
+  fail "contacts that are not understood are not reported once"
+account=$(ODE_PARALLEL_SAP_STAT=1 ODE_PARALLEL_SAP_REPLACE=hash said 0)
+[ "$(grep -c 'ODE_PARALLEL_SAP_STAT is no variable of this library and is ignored; .* STATS, ' <<<"$account")" -eq 1 ] &&
+  [ "$(grep -c 'is ignored' <<<"$account")" -eq 1 ] || fail "a misspelt variable is not reported once"
 for known in auto off on ''; do
   account=$(ODE_PARALLEL_SAP_CONTACTS=$known said 0)
   [ -z "$account" ] || fail "this is said with ODE_PARALLEL_SAP_CONTACTS=$known"
