@@ -46,17 +46,6 @@ const char* textOf(const char* variable) {
   return text && *text ? text : nullptr;
 }
 
-// Once in a process: each space reads them all.
-void complainOnce(const std::string& text) {
-  static std::mutex& mutex = *new std::mutex;
-  static std::set<std::string>& said = *new std::set<std::string>;
-  {
-    const std::lock_guard<std::mutex> lock(mutex);
-    if (!said.insert(text).second) return;
-  }
-  dMessage(0, "%s", text.c_str());
-}
-
 void complain(const char* variable, const char* text, const std::string& why) {
   complainOnce(std::string(variable) + "=" + text + " is " + why + " and is ignored");
 }
@@ -143,6 +132,16 @@ void readRules(PackRules& rules) {
 }
 
 }  // namespace
+
+void complainOnce(const std::string& text) {
+  static std::mutex& mutex = *new std::mutex;
+  static std::set<std::string>& said = *new std::set<std::string>;
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!said.insert(text).second) return;
+  }
+  dMessage(0, "%s", text.c_str());
+}
 
 int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value) {
   const char* const text = textOf(variable);

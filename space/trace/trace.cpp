@@ -9,9 +9,11 @@
 #include <cstring>
 #include <limits>
 #include <new>
+#include <string>
 #include <utility>
 
 #include "space/base/platform.h"
+#include "space/ode/environment.h"
 
 namespace ode_parallel_sap {
 
@@ -168,7 +170,8 @@ std::unique_ptr<Trace> Trace::fromEnvironment() {
   const long number = numbered ? std::strtol(colon + 1, nullptr, 10) : 1;
   const int every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
   if (every < 1 || path.empty()) {
-    dMessage(0, "ODE_PARALLEL_SAP_TRACE=%s is not a path[:every] and is ignored", text);
+    complainOnce(std::string("ODE_PARALLEL_SAP_TRACE=") + text +
+                 " is not a path[:every] and is ignored");
     return nullptr;
   }
   return std::make_unique<Trace>(every, std::move(path));

@@ -22,6 +22,7 @@
 #include "support/scenes.h"
 #include "support/teams.h"
 #include "support/thread_limit.h"
+#include "support/variable.h"
 #include "tests/gpu/emulation/runtime.h"
 
 using emulation::failAllocation;
@@ -117,6 +118,10 @@ TEST_CASE("On a machine without a device that will do frames stay on the CPU",
   for (int frame = 0; frame < 30; ++frame) CHECK(scene.collide().pairs > 0);
   CHECK(statsOf(scene.space).backend == dParallelSAPBackendCPU);
   CHECK(messages.all().empty());
+  const sap_test::Variable asked_for("ODE_PARALLEL_SAP_BACKEND", "cuda");
+  const sap_test::Space space;
+  REQUIRE(messages.all().size() == 1);
+  CHECK(contains(messages.all()[0], "=cuda is not to be had (" + why + ") and is ignored"));
 }
 
 TEST_CASE("Full devices are tried and named once, and the others serve every frame",
