@@ -417,12 +417,14 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
 #endif
 
 /* Environment variables, read when a space is created, set what the program does not set. dMessage
- * reports a value that is not understood or not available, and the space ignores it.
+ * reports unknown names and values, and what is not available, once each. They are ignored.
  * - ODE_PARALLEL_SAP_BACKEND=auto|cpu|cuda, _METHOD=auto|sweep|brute-force|axis-lists, _THREADS=n,
  *   _DEVICES=n, _SKIP_STATIC=0|1, _SKIP_ASLEEP=0|1, _CULL_PLANES=0|1, _TOLERANCE=length: the
  *   settings above. So is _NOTIFIED=0|1|check, where check reports the first missing notification.
- * - ODE_PARALLEL_SAP_STATS=1: each space prints at its end what its frames, queries and rays took,
- *   which settings would leave out pairs, and which calls do queries in batches.
+ * - ODE_PARALLEL_SAP_STATS=1: each space prints at its end, by dMessage, or at that of the process,
+ *   on stderr: what its frames, queries and rays took; which settings would leave out pairs; which
+ *   calls do queries in batches; geoms, in sub-spaces too, that move by more than half of their
+ *   smallest side between frames, lie too far for dReal (a step is 1/512 of that side), or have NaN.
  * - ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon: instruction set of the process.
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
  *   on. %p in it becomes the process's number. The preload library has more (space/preload). */
