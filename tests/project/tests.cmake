@@ -18,6 +18,7 @@ add_project_test(
 add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}/space/cmake/fetch_debian_source.sh")
 add_project_test(includes "${here}/../documents/includes.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(documents "${here}/../documents/documents.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(format "${here}/../documents/format.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(skipped "${here}/skipped.sh" "${PROJECT_SOURCE_DIR}")
 
 # The public header compiles without a warning in all languages of its users. C89 has no `long long`, but compilers do.
