@@ -320,6 +320,19 @@ class Pictures(Folder):
             self.assertLess(start + length, width)
         self.assertEqual(lines, [])  # such a step is over long before a display's next frame
 
+    def test_ways_to_step_the_same_pile_are_compared_in_words_and_in_the_picture(self):
+        output = self.run_pile(*SMALL, "--compare", "3", "--picture-of-times", self.file)
+        rows = re.findall(r"^  (\w[\w ]+?) +([0-9.]+) +([0-9.]+)  ([0-9.]+)$", output[output.index("The same pile, 3 steps more"):], re.M)
+        self.assertEqual([row[0] for row in rows], ["dHashSpace", "the one line changed", "parallel contacts"])
+        bars, _, texts, width = self.bars(self.file)
+        slowest, stock = max(float(row[1]) for row in rows), float(rows[0][1])
+        for name, step, broad_phase, times in rows:
+            self.assertLess(0, float(broad_phase))
+            self.assertLess(float(broad_phase), float(step))
+            self.assertAlmostEqual(float(times), stock / float(step), delta=0.02 * float(times) + 0.005)
+            self.assertAlmostEqual(bars[name.replace(" ", "-")][1] / 600, float(step) / slowest, delta=0.02)
+            self.assertTrue(any(times + " times faster" in text for text in texts))
+
     def test_a_line_is_drawn_where_the_next_frame_is_due(self):
         # Such a step takes several frames of a display on any machine.
         output = self.run_pile("--scene", "balls", "--bodies", "10000", "--steps", "2", "--space", "simple", "--picture-of-times", self.file)

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 
+#include "comparison.h"
 #include "interrupt.h"
 #include "presets.h"
 #include "report.h"
@@ -151,9 +152,15 @@ void Run::shove() {
 }
 
 int Run::finish() {
+  std::vector<Way> ways;
   if (totals_.frames) {
     printTimes(totals_, world_, options_);
     printMotion(*log_, world_);
+    if (options_.compare && !Interrupt::signal() && log_->fault().empty()) {
+      simulation_.reset();
+      ways = compareWays(world_, options_);
+      printWays(ways, options_.compare);
+    }
   }
   int exit_code = 0;
   if (const int signal = Interrupt::signal()) {
@@ -173,7 +180,7 @@ int Run::finish() {
   if (const std::string fault = log_->fault(); !fault.empty()) complain(fault);
   if (!csv_.finish()) complain("cannot write all of the file " + options_.csv);
   if (const std::string& file = options_.times_picture; !file.empty() && totals_.frames) {
-    if (writeTimesPicture(totals_, world_, options_, file))
+    if (writeTimesPicture(totals_, ways, world_, options_, file))
       std::printf("Picture %s: where the time of a step went\n", file.c_str());
     else
       complain("cannot write all of the file " + file);

@@ -129,6 +129,11 @@ void addRunOptions(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_flag("--check", options.check,
                "Compare every frame's pairs with those of dHashSpace (not timed)");
+  app.add_option("--compare", options.compare,
+                 "Steps more at the end in dHashSpace, and as many with the one line changed and "
+                 "with parallel contacts (from the parallel space only)")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
   app.add_option("--csv", options.csv, "Write one row a frame to this file");
 }
 
@@ -264,6 +269,7 @@ void takeSpaceOptions(const CLI::App& app, const Names& names, Options& options)
   if (options.rules.any())
     throw UsageError(
         "--tolerance, --skip-static, --skip-asleep and --cull-planes need --space parallel");
+  if (options.compare) throw UsageError("--compare needs --space parallel");
   if (options.method || options.backend || options.parallel_narrow)
     throw UsageError("--method, --backend and --narrow parallel need --space parallel");
   if (options.threads && !options.parallel_stepping)
@@ -313,9 +319,9 @@ std::optional<Options> parseOptions(int argc, char** argv) {
   takePictures(app, names.pictures, options);
   checkDrawingOptions(app, options);
   fillFromPreset(options);
-  const bool uses_hash = options.check || options.space == SpaceKind::Hash;
+  const bool uses_hash = options.check || options.compare || options.space == SpaceKind::Hash;
   if (uses_hash && options.bodies + most_static_geoms > hash_space_limit)
-    throw UsageError("dHashSpace, and so --check, takes at most " +
+    throw UsageError("dHashSpace, and so --check and --compare, takes at most " +
                      std::to_string(hash_space_limit - most_static_geoms) + " bodies");
   return options;
 }

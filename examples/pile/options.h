@@ -51,6 +51,7 @@ struct Options {
   bool parallel_narrow = false;    // for the parallel space only
   bool parallel_stepping = false;  // by ODE's own threads
   bool check = false;
+  int compare = 0;                    // steps more in dHashSpace, and as many in the parallel space
   std::string csv;                    // empty: none
   bool view = false;                  // then `steps` is the largest int unless it was given
   std::string snapshot;               // empty: none

@@ -13,6 +13,7 @@
 #include "letters.h"
 #include "motion.h"
 #include "presets.h"
+#include "report.h"
 #include "shapes.h"
 #include "spaces.h"
 #include "view/coarse_mesh.h"
@@ -204,6 +205,23 @@ void testFaults() {
   check(measure(world).not_finite == 1, "a body that is nowhere is counted");
 }
 
+void testProgress() {
+  for (const auto between : {std::chrono::milliseconds(0), std::chrono::milliseconds(10000)}) {
+    std::FILE* const log = std::tmpfile();
+    Frame frame;
+    {
+      ProgressBar progress(4, log, between);
+      for (frame.number = 1; frame.number <= 3; ++frame.number) progress.show(frame, Motion{});
+    }
+    std::rewind(log);
+    int lines = 0, step = 0, steps = 0;
+    while (std::fscanf(log, "step %d of %d, 0 asleep, %*d s left\n", &step, &steps) == 2)
+      lines += step == lines + 1 && steps == 4;
+    check(lines == (between.count() ? 0 : 3), "a log has a line each so many seconds");
+    std::fclose(log);
+  }
+}
+
 }  // namespace
 }  // namespace pile
 
@@ -217,5 +235,6 @@ int main() {
   pile::testCheck();
   pile::testCulling();
   pile::testFaults();
+  pile::testProgress();
   return pile::failures == 0 ? 0 : 1;
 }

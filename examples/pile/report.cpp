@@ -73,27 +73,36 @@ bool CsvFile::finish() {
   return !file_.fail();
 }
 
-ProgressBar::ProgressBar(int steps)
-    : on_terminal_(isatty(STDERR_FILENO) != 0),
+ProgressBar::ProgressBar(int steps) : ProgressBar(steps, stderr, std::chrono::seconds(10)) {
+  on_terminal_ = isatty(STDERR_FILENO) != 0;
+  if (on_terminal_) between_ = std::chrono::milliseconds(100);
+}
+
+ProgressBar::ProgressBar(int steps, std::FILE* file, std::chrono::milliseconds between)
+    : file_(file),
+      on_terminal_(false),
+      between_(between),
       steps_(steps),
       start_(Clock::now()),
       shown_(start_) {}
 
 ProgressBar::~ProgressBar() {
-  if (on_terminal_) std::fputs("\r\033[K", stderr);
+  if (on_terminal_) std::fputs("\r\033[K", file_);
 }
 
 void ProgressBar::show(const Frame& frame, const Motion& motion) {
   const Clock::time_point now = Clock::now();
-  if (!on_terminal_ || now - shown_ < std::chrono::milliseconds(100)) return;
+  if (now - shown_ < between_) return;
   shown_ = now;
   constexpr int width = 30;
   const int filled = static_cast<int>(static_cast<long long>(width) * frame.number / steps_);
   const double passed = std::chrono::duration<double>(now - start_).count();
-  std::fprintf(stderr, "\r[%s%s] step %d of %d, %zu asleep, %.0f s left \033[K",
-               std::string(static_cast<size_t>(filled), '#').c_str(),
-               std::string(static_cast<size_t>(width - filled), '.').c_str(), frame.number, steps_,
-               motion.asleep, passed / frame.number * (steps_ - frame.number));
+  if (on_terminal_)
+    std::fprintf(file_, "\r[%s%s] ", std::string(static_cast<size_t>(filled), '#').c_str(),
+                 std::string(static_cast<size_t>(width - filled), '.').c_str());
+  std::fprintf(file_, "step %d of %d, %zu asleep, %.0f s left%s", frame.number, steps_,
+               motion.asleep, passed / frame.number * (steps_ - frame.number),
+               on_terminal_ ? " \033[K" : "\n");
 }
 
 void Totals::add(const Frame& frame) {

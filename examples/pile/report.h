@@ -2,6 +2,7 @@
 #define PILE_REPORT_H
 
 #include <chrono>
+#include <cstdio>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -25,10 +26,12 @@ class CsvFile {
   std::ofstream file_;
 };
 
-// A bar on standard error while the run lasts, if that is a terminal.
+// On standard error while the run lasts: a bar if that is a terminal, else a line each ten seconds.
 class ProgressBar {
  public:
   explicit ProgressBar(int steps);
+  // Of a file that is no terminal.
+  ProgressBar(int steps, std::FILE* file, std::chrono::milliseconds between);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
@@ -36,7 +39,9 @@ class ProgressBar {
 
  private:
   using Clock = std::chrono::steady_clock;
+  std::FILE* file_;
   bool on_terminal_;
+  std::chrono::milliseconds between_;
   int steps_;
   Clock::time_point start_;
   Clock::time_point shown_;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double frame_ms = 1000.0 / 60;  // of a display: what a step may take to keep up with it
 
-constexpr int left = 130;  // all in pixels
+constexpr int left = 170;  // all in pixels
 constexpr int top = 76;
 constexpr int bar_height = 26;
 constexpr int row_height = 40;
@@ -36,17 +36,37 @@ std::string identifier(std::string name) {
   return name;
 }
 
-std::string bar(const Part& part, double step, int row) {
-  const double share = step > 0 ? part.ms / step : 0;
-  const double y = top + row_height * row;
+std::string bar(const std::string& name, double share, const std::string& words, double y,
+                const char* colour) {
   const double length = times_picture_length * share;
   const double middle = y + 0.7 * bar_height;
-  return text(left - 10, middle, part.name, " text-anchor=\"end\"") +
+  return text(left - 10, middle, name, " text-anchor=\"end\"") +
          format("  <rect id=\"%s\" x=\"%d\" y=\"%g\" width=\"%.3f\" height=\"%d\" fill=\"%s\"/>\n",
-                identifier(part.name).c_str(), left, y, length, bar_height, colours[row]) +
-         text(left + length + 8, middle,
-              format("%.3f ms, %.1f %%, %s", part.ms, 100 * share,
-                     counted(part.threads, "thread").c_str()));
+                identifier(name).c_str(), left, y, length, bar_height, colour) +
+         text(left + length + 8, middle, words);
+}
+
+std::string partBar(const Part& part, double step, int row) {
+  const double share = step > 0 ? part.ms / step : 0;
+  return bar(
+      part.name, share,
+      format("%.3f ms, %.1f %%, %s", part.ms, 100 * share, counted(part.threads, "thread").c_str()),
+      top + row_height * row, colours[row]);
+}
+
+std::string wayBars(const std::vector<Way>& ways, double y) {
+  if (ways.empty()) return "";
+  double slowest = 0;
+  for (const Way& way : ways) slowest = std::max(slowest, way.step);
+  std::string bars = text(left, y + 26, "The same pile: a whole step", " font-size=\"17\"");
+  y += 40;
+  for (const Way& way : ways) {
+    bars += bar(way.name, way.step / slowest,
+                format("%.1f ms, %.2f times faster", way.step, ways.front().step / way.step), y,
+                "#009e73");
+    y += row_height;
+  }
+  return bars;
 }
 
 // Where a display's next frame is due, if that is within the step.
@@ -63,13 +83,14 @@ std::string frameLine(double step, int rows) {
 
 }  // namespace
 
-bool writeTimesPicture(const Totals& totals, const World& world, const Options& options,
-                       const std::string& file) {
+bool writeTimesPicture(const Totals& totals, const std::vector<Way>& ways, const World& world,
+                       const Options& options, const std::string& file) {
   const std::vector<Part> parts = totals.parts();
   const double step = totals.totalMs() / totals.frames;
   const int rows = static_cast<int>(parts.size());
   const double width = left + times_picture_length + right;
-  const double height = top + row_height * rows + 30;
+  const double end = top + row_height * rows + 30;
+  const double height = end + (ways.empty() ? 0 : 40 + row_height * static_cast<int>(ways.size()));
   std::ofstream svg(file);
   svg << format(
              "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" "
@@ -81,8 +102,8 @@ bool writeTimesPicture(const Totals& totals, const World& world, const Options& 
                      world.bodies().size(), world.body_name.c_str(), step),
               " font-size=\"17\"")
       << text(left, 50, describeSpace(world.space()) + ", " + counted(totals.frames, "step"));
-  for (int row = 0; row < rows; ++row) svg << bar(parts[static_cast<size_t>(row)], step, row);
-  svg << frameLine(step, rows) << "</svg>\n";
+  for (int row = 0; row < rows; ++row) svg << partBar(parts[static_cast<size_t>(row)], step, row);
+  svg << frameLine(step, rows) << wayBars(ways, end) << "</svg>\n";
   svg.close();
   return !svg.fail();
 }

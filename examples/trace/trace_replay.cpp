@@ -165,7 +165,11 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app.add_option("--csv", options.csv, "the table as a file, too");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;  // 0: the help that was asked for
+  }
   std::sort(options.table.threads.begin(), options.table.threads.end());
   dInitODE2(0);
   int result = 2;

@@ -393,6 +393,9 @@ inline int run(int argc, char** argv, const Scene& scene) {
   try {
     std::fputs(harness::measure(scene, parseSettings(argc, argv)).c_str(), stdout);
     return 0;
+  } catch (const Help& help) {
+    std::printf("%s\n", help.text.c_str());
+    return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", argv[0], error.what());
     return 2;

@@ -141,6 +141,20 @@ void testSoftness() {
   check(std::abs(cfm - settings.dt / 1000) < 1e-8, "CFM is the step by the lightest body's mass");
 }
 
+void testHelp() {
+  char program[] = "own", wrong[] = "--wrong", value[] = "1", asked[] = "--help";
+  char* arguments[] = {program, asked};
+  check(tradeoff::run(2, arguments, carriedBox()) == 0, "help is no error");
+  try {
+    tradeoff::parseSettings(2, arguments);
+    check(false, "help is given");
+  } catch (const tradeoff::Help& help) {
+    check(help.text.find(" --dt") != std::string::npos, "help names the settings");
+  }
+  char* others[] = {program, wrong, value};
+  check(tradeoff::run(3, others, carriedBox()) == 2, "a setting that is none is an error");
+}
+
 }  // namespace
 
 // With arguments it is a program that has its scene studied.
@@ -151,5 +165,6 @@ int main(int argc, char** argv) {
   testKinematicBodies();
   testNamesThatAreTaken();
   testSoftness();
+  testHelp();
   return failures ? 1 : 0;
 }

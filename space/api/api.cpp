@@ -64,8 +64,24 @@ void checkContacts(const dContactGeom* contacts, int count, int most,
 
 }  // namespace
 
-dSpaceID dParallelSAPSpaceCreate(dSpaceID parent) {
-  dUASSERT(!parent || IS_SPACE(parent), "parent is not a space");
+// The header makes a macro of this name. The function is for dlsym and older programs.
+dSpaceID(dParallelSAPSpaceCreate)(dSpaceID parent) {
+  return dParallelSAPSpaceCreateSized(sizeof(dReal), dCloseODE, parent);
+}
+
+dSpaceID dParallelSAPSpaceCreateSized(size_t real_size, void (*ode)(), dSpaceID parent) {
+  constexpr const char* name = "dParallelSAPSpaceCreate";
+  require(real_size == sizeof(dReal),
+          sizeof(dReal) == sizeof(double)
+              ? "the program is compiled for single precision, ODE and this library for double"
+              : "the program is compiled for double precision, ODE and this library for single",
+          name);
+  // A function has one address in a process, whichever library asks for it.
+  require(ode == dCloseODE,
+          "the program has an ODE of its own beside that of libode-parallel-sap: link both with "
+          "the same shared ODE, or build both libraries static",
+          name);
+  require(!parent || IS_SPACE(parent), "parent is not a space", name);
   auto* const space = new ParallelSAPSpace(parent);
   if (auto trace = Trace::fromEnvironment()) space->observe(std::move(trace));
   if (space->settings().print_stats) space->observe(std::make_unique<Facts>());

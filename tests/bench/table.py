@@ -194,33 +194,36 @@ def step(directory):
     rows = read(directory, "step")
     stock = ("dHashSpace", "dSweepAndPruneSpace")
     ours = ("the one line", "parallel contacts")
-    gains = (("broad_ms", ours[0]), ("step_ms", ours[0]), ("step_ms", ours[1]))
     threads = lambda space: "%d thread%s" % (max(row["threads"] for row in rows if row["space"] == space),
                                              "" if space in stock else "s")
-    lines = []
+    gain = lambda cell, column, space, other: cell[other] and cell[space] and cell[other][column] / cell[space][column]
+    lines, pairs = [], {other: [] for other in stock}
     for bodies in sorted(set(values(rows, "bodies"))):
         cell = {space: one(rows, bodies=bodies, space=space) for space in stock + ours}
-        times = lambda column, space, other: shown(cell[other][column] / cell[space][column], "×") if cell[other] and cell[space] else "–"
         lines.append([count(bodies)] + [shown(row and row["step_ms"]) for row in cell.values()] +
-                     ["%s, %s" % tuple(times(*gain, other) for other in stock) for gain in gains])
-    heads = ["ms: %s, %s" % (space, threads(space)) for space in stock + ours]
-    heads += ["faster*: " + what for what in ("pairs", "the one line", "parallel contacts")]
-    return markdown(["boxes"] + heads, lines, ["\\* than dHashSpace, than dSweepAndPruneSpace. " + machine(rows)])
+                     [shown(gain(cell, "step_ms", space, other), "×") for space in ours for other in stock])
+        for other in stock:
+            pairs[other] += [times for times in [gain(cell, "broad_ms", ours[0], other)] if times]
+    heads = ["%s, %s" % (space, threads(space)) for space in stock + ours]
+    heads += ["%s faster than %s" % (space, other) for space in ("one line", "contacts") for other in stock]
+    note = "The pairs alone: %s. %s" % (" and ".join(
+        "%s to %s times faster than %s" % (shown(min(times)), shown(max(times)), other) for other, times in pairs.items()), machine(rows))
+    return markdown(["boxes; ms a step"] + heads, lines, [note])
 
 
 def warehouse(directory):
     """A frame of the robots in the warehouse, on the best number of threads, and how many times faster it is than in dHashSpace."""
     rows = read(directory, "warehouse")
-    names = {"dHashSpace": "dHashSpace", "bullet-dbvt": "Bullet's tree", "embree": "Embree's tree", OURS: "one line",
+    names = {"dHashSpace": "dHashSpace", "bullet-dbvt": "Bullet", "embree": "Embree", OURS: "one line",
              OURS + ":batches": "batches"}
     peers = [peer for peer in names if peer in values(rows, "peer")]
     lines = []
     for n in values(rows, "n"):
         times = [best(rows, [peer], n=n)["median_ms"] for peer in peers]
-        lines.append([count(n)] + [shown(ms) for ms in times] + [shown(times[0] / times[-1], "×")])
-    heads = [names[peer] for peer in peers]
-    return markdown(["shelves; ms a frame"] + heads + ["faster*"], lines,
-                    ["\\* batches than dHashSpace. " + machine(rows)])
+        others = [(names[peer], ms) for peer, ms in zip(peers, times) if not peer.startswith(OURS)]
+        lines.append([count(n)] + [shown(ms) for ms in times] + [shown(ms / times[-1], "×") for _, ms in others])
+    heads = [names[peer] for peer in peers] + ["batches faster than %s" % other for other, _ in others]
+    return markdown(["shelves; ms a frame"] + heads, lines, ["Below 1×, batches are slower. " + machine(rows)])
 
 
 def interval(part, whole):

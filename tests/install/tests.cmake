@@ -77,17 +77,28 @@ endfunction()
 
 # add_static_build(<name> <directory> <option>...)
 function(add_static_build name directory)
-  add_build(${name} "${directory}" -DBUILD_SHARED_LIBS=OFF ${ARGN})
+  add_build(${name} "${directory}" ${ARGN})
   foreach(way find_package pkg-config)
     add_install_test(${name}.${way} "${here}/use.sh" "${directory}" ${way})
     set_tests_properties(install.${name}.${way} PROPERTIES FIXTURES_REQUIRED install.${name})
   endforeach()
 endfunction()
 set(directory "${CMAKE_CURRENT_BINARY_DIR}/install")
-add_static_build(static "${directory}/plain" -DODE_PARALLEL_SAP_CUDA=OFF)
+add_static_build(static "${directory}/plain" -DBUILD_SHARED_LIBS=OFF -DODE_PARALLEL_SAP_CUDA=OFF)
 if(CMAKE_CUDA_COMPILER AND ODE_PARALLEL_SAP_SLOW_TESTS)
-  add_static_build(static-cuda "${directory}/cuda" -DODE_PARALLEL_SAP_CUDA=ON
+  add_static_build(static-cuda "${directory}/cuda" -DBUILD_SHARED_LIBS=OFF -DODE_PARALLEL_SAP_CUDA=ON
                    "-DCMAKE_CUDA_COMPILER=${CMAKE_CUDA_COMPILER}" -DCMAKE_CUDA_ARCHITECTURES=75-real)
+endif()
+
+# With a static ODE the library is static unasked; a program with two ODEs is refused.
+if(ODE_PARALLEL_SAP_ODE STREQUAL "SYSTEM" AND ODE_PARALLEL_SAP_PRECISION STREQUAL "DOUBLE")
+  add_install_test(static-ode "${here}/static_ode.sh" "${PROJECT_SOURCE_DIR}" "${ode_source_dir}" "${directory}/static-ode"
+                   "$<$<STREQUAL:${library_type},SHARED_LIBRARY>:$<TARGET_FILE:ode-parallel-sap>>")
+  add_static_build(static-with-ode "${directory}/with-ode" -DODE_PARALLEL_SAP_CUDA=OFF "-DODE_SOURCE_DIR=${ode_source_dir}")
+  set_tests_properties(install.static-ode PROPERTIES FIXTURES_SETUP install.static-ode)
+  set_tests_properties(install.static-with-ode.build PROPERTIES FIXTURES_REQUIRED install.static-ode)
+  set_property(TEST install.static-with-ode.build install.static-with-ode.find_package install.static-with-ode.pkg-config APPEND
+               PROPERTY ENVIRONMENT "PKG_CONFIG_PATH=${directory}/static-ode/lib/pkgconfig")
 endif()
 
 # Most objects of the static build serve the shared one that is packaged, too.

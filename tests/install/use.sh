@@ -50,6 +50,14 @@ case $way in
       "$compiler" "$here/user.c" -o "$folder/user-program" "${flags[@]}"
       LD_LIBRARY_PATH="$libdir:${LD_LIBRARY_PATH-}" "$folder/user-program"
     done
+    # A program compiled for the other precision is told so in its first call.
+    refused=0
+    for precision in dIDESINGLE dIDEDOUBLE; do
+      "${CC:-cc}" "$here/user.c" -o "$folder/user-program" "${flags[@]}" -UdIDESINGLE -UdIDEDOUBLE -D$precision
+      LD_LIBRARY_PATH="$libdir:${LD_LIBRARY_PATH-}" "$folder/user-program" >"$folder/log" 2>&1 ||
+        refused=$((refused + $(grep -c 'compiled for .* precision, .* in dParallelSAPSpaceCreate()' "$folder/log")))
+    done
+    [ $refused -eq 1 ] || { echo "not one precision of two is refused" && exit 1; }
     "${CC:-cc}" -shared -fPIC "$here/user.c" -o "$folder/plug-in.so" "${flags[@]}"
     check_stays "$folder/plug-in.so"
     ;;

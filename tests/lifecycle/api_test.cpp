@@ -202,6 +202,24 @@ TEST_CASE("Statistics fill the struct that the program was compiled with, whatev
   CHECK((bytesOf(function) == bytesOf(now)));
 }
 
+TEST_CASE("A program of another precision, or with another ODE, is told so when it makes a space",
+          "[api]") {
+  const auto message = [](std::size_t real_size, void (*ode)()) {
+    try {
+      dSpaceDestroy(dParallelSAPSpaceCreateSized(real_size, ode, nullptr));
+    } catch (const OdeAssertion& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  constexpr std::size_t other = sizeof(dReal) == sizeof(float) ? sizeof(double) : sizeof(float);
+  CHECK(message(sizeof(dReal), dCloseODE) == "none");
+  CHECK(message(other, dCloseODE).find("the program is compiled for") == 0);
+  CHECK(message(sizeof(dReal), dCleanupODEAllDataForThread).find("an ODE of its own") !=
+        std::string::npos);
+  dSpaceDestroy((dParallelSAPSpaceCreate)(nullptr));
+}
+
 TEST_CASE("Rays and hits pass their size, and sizes of no version are errors", "[api]") {
   const Space space;
   dCreateSphere(space, 1);

@@ -27,3 +27,13 @@ mkdir "$folder/first"
 "$compiler" -shared -o "$folder/first/libode.so" -Wl,--no-as-needed "$preload" "$ode"
 run "$preload"$'\n'"$ode" "$program" "$folder/first/libode.so" "$folder/first/libode.so" dHashSpaceCreate
 grep -q '^ode-parallel-sap: 1 hash spaces replaced, 0 left$' "$folder/said" || fail "the space was not replaced"
+
+# The lines of Python in README.md, with an ODE found as bindings find it.
+if command -v python3 >/dev/null; then
+  {
+    echo "import ctypes; ode = ctypes.CDLL('$ode'); ode.dInitODE2(0)"
+    sed -n '/^```python/,/^```/p' "$(dirname "$0")/../../space/preload/README.md" | grep -v '^```'
+    echo "print(ode.dGeomIsSpace(space), sap.dSpaceIsParallelSAP(space))"
+  } >"$folder/lines.py"
+  [ "$(LD_LIBRARY_PATH=$(dirname "$library") python3 "$folder/lines.py")" = "1 1" ] || fail "the lines of Python make no space"
+fi

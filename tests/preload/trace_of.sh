@@ -23,3 +23,11 @@ status=0
 "$replay" "$folder/cut" --check 2>"$folder/said" || status=$?
 [ $status -eq 2 ] && grep -q '^trace-replay: .*cut: it ends within a chunk' "$folder/said" ||
   fail "the replay of a cut trace ends with $status"
+# So are wrong options; help is none.
+for options in "" "--no-such-option" "$folder/trace --threads 0"; do
+  status=0
+  # shellcheck disable=SC2086 # they are words
+  "$replay" $options >"$folder/said" 2>&1 || status=$?
+  [ $status -eq 2 ] || fail "trace-replay $options ends with $status"
+done
+"$replay" --help >/dev/null || fail "trace-replay --help ends with $?"

@@ -95,14 +95,29 @@ for script in examples/run tests/run; do
   grep -q 'on two cores' "$folder/said" || fail "$script does not say how long it takes"
   grep -q 'As root: apt-get install .*libode-dev libcli11-dev' "$folder/errors" || fail "$(cat "$folder/errors")"
 done
-grep -q 'libcli11-dev catch2 .*xvfb .* valgrind$' "$folder/errors" || fail "tests/run does not name what it wants"
+grep -q 'libcli11-dev catch2 .*git .* valgrind$' "$folder/errors" || fail "tests/run does not name what it wants"
 
 # One package that the archive lacks does not keep the others away.
 UNKNOWN=python3-pyode run tests/run
 [ $status -eq 0 ] || fail "tests/run ends with $status: $(cat "$folder/errors")"
-[ -e "$folder/installed/valgrind" ] && [ -e "$folder/installed/xvfb" ] || fail "only $(ls "$folder/installed")"
+[ -e "$folder/installed/valgrind" ] && [ -e "$folder/installed/git" ] || fail "only $(ls "$folder/installed")"
 grep -q 'Going on without python3-pyode$' "$folder/errors" || fail "$(cat "$folder/errors")"
 grep -q 'NEW packages' "$folder/said" || fail "what is installed is not listed first"
+
+# On a Debian with nothing, tests/run brings at most 60 packages besides those that the build needs.
+count_packages() { # count_packages PACKAGE...
+  apt-get -s -o Dir::State::status=/dev/null install --no-install-recommends "$@" 2>/dev/null | grep -c '^Inst '
+}
+building=(g++ make cmake pkg-config libode-dev libcli11-dev catch2)
+run tests/run
+if command -v apt-get >/dev/null && needed=$(count_packages "${building[@]}"); then
+  mapfile -t asked < <(ls -I began "$folder/installed" | while read -r name; do ! apt-cache show "$name" >&/dev/null || echo "$name"; done)
+  [ ${#asked[@]} -gt 5 ] || fail "only ${asked[*]} are to be had"
+  more=$(($(count_packages "${building[@]}" "${asked[@]}") - needed))
+  [ $more -gt 0 ] && [ $more -le 60 ] || fail "tests/run installs $more packages that the build does not need"
+else
+  echo "Packages not counted: no lists of apt's"
+fi
 
 # What only the tests that build the project again need is installed for these alone; --no-install does without.
 [ ! -e "$folder/installed/qemu-user" ] || fail "tests/run installs what it does not use"
@@ -123,7 +138,7 @@ says "cmake: --preset release -DBUILD_TESTING=OFF -DODE_SOURCE_DIR=/some/where -
 says "cmake: --build build/release --target pile ode-parallel-sap-libraries --parallel 2"
 says "pile: --scene balls -notex --pictures build/release/pictures"
 run examples/run -DA=b
-says "pile: --scene cubes --pictures build/release/pictures"
+says "pile: --scene cubes --compare 10 --pictures build/release/pictures"
 
 # Pictures that are asked for are the only ones; what draws them is then needed, otherwise wanted.
 for arguments in "--view -notex" "--snapshot a.png" "--pictures here" "--picture-of-times a.svg" "--help"; do
@@ -136,7 +151,7 @@ UNKNOWN=libgl1-mesa-dri run examples/run
 [ $status -eq 0 ] || fail "examples/run ends with $status where a package for pictures is not to be had"
 grep -q 'Going on without libgl1-mesa-dri$' "$folder/errors" || fail "$(cat "$folder/errors")"
 [ -e "$folder/installed/libpng-dev" ] || fail "only $(ls "$folder/installed")"
-says "pile: --scene cubes --pictures build/release/pictures"
+says "pile: --scene cubes --compare 10 --pictures build/release/pictures"
 UNKNOWN=libgl1-mesa-dri run examples/run --snapshot a.png
 [ $status -eq 1 ] || fail "examples/run ends with $status where a picture that was asked for cannot be"
 run examples/run

@@ -18,6 +18,7 @@ add_project_test(
 add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}/space/cmake/fetch_debian_source.sh")
 add_project_test(includes "${here}/../documents/includes.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(documents "${here}/../documents/documents.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(format "${here}/../documents/format.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(skipped "${here}/skipped.sh" "${PROJECT_SOURCE_DIR}")
 
 # The public header compiles without a warning in all languages of its users. C89 has no `long long`, but compilers do.
@@ -46,8 +47,8 @@ if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQU
     "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}")
   # README's way to install, where nothing is there but what it says is needed.
   add_project_test(
-    needs-no-more "${CMAKE_COMMAND}" -S "${PROJECT_SOURCE_DIR}" --preset release
-    -B "${CMAKE_CURRENT_BINARY_DIR}/project/needs-no-more" -G "${CMAKE_GENERATOR}" -DODE_PARALLEL_SAP_CUDA=OFF
+    needs-no-more "${CMAKE_COMMAND}" -S "${PROJECT_SOURCE_DIR}" --preset install
+    -B "${CMAKE_CURRENT_BINARY_DIR}/project/needs-no-more" -G "${CMAKE_GENERATOR}"
     -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=ON -DCMAKE_DISABLE_FIND_PACKAGE_CLI11=ON
     "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}" "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
     "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}")

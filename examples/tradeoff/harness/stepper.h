@@ -34,7 +34,13 @@ struct Settings {
   unsigned long seed = 1;
 };
 
-// Reads "--name value" pairs; throws std::invalid_argument where one is wrong.
+// Thrown for --help: how the program is called.
+struct Help {
+  std::string text;
+};
+
+// Reads "--name value" pairs; throws std::invalid_argument where one is wrong, Help where it is
+// asked for.
 inline Settings parseSettings(int argc, char** argv) {
   Settings s;
   const auto number = [](auto& value, double least, double most) {
@@ -67,9 +73,14 @@ inline Settings parseSettings(int argc, char** argv) {
       {"--sleep", word(s.sleep, {"on", "off"})},
       {"--seed", number(s.seed, 0, 1e9)}};
   for (int i = 1; i < argc; i += 2) {
-    const auto setter = setters.find(argv[i]);
-    if (setter == setters.end())
-      throw std::invalid_argument(std::string("no such setting: ") + argv[i]);
+    const std::string name = argv[i];
+    if (name == "--help" || name == "-h") {
+      std::string text = "Measures its scene once and prints a row. Settings, each with a value:";
+      for (const auto& known : setters) text += " " + known.first;
+      throw Help{text};
+    }
+    const auto setter = setters.find(name);
+    if (setter == setters.end()) throw std::invalid_argument("no such setting: " + name);
     if (i + 1 == argc) throw std::invalid_argument(std::string(argv[i]) + " needs a value");
     setter->second(argv[i + 1]);
   }

@@ -380,7 +380,10 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
 
 /* The macros below call these with the sizes of the program's structs. Fields of the statistics
  * that the library does not know become 0; unknown callbacks and larger rays and hits are an error.
- * Functions without size, for dlsym and older programs, take version 0.1's structs. */
+ * Functions without size, for dlsym and older programs, take version 0.1's structs. A program of
+ * another precision, or with another ODE than the library's, is an error when it makes a space. */
+ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreateSized(size_t real_size, void (*ode)(void),
+                                                           dSpaceID parent);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContactsSized(
@@ -396,6 +399,8 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
                                                           int flags, void* data,
                                                           dParallelSAPRayCallback* callback);
 #if defined(__cplusplus) || (defined(__STDC_VERSION__) && __STDC_VERSION__ >= 199901L)
+#define dParallelSAPSpaceCreate(...) \
+  dParallelSAPSpaceCreateSized(sizeof(dReal), dCloseODE, __VA_ARGS__)
 #define dParallelSAPSpaceGetStats(...) \
   dParallelSAPSpaceGetStatsSized(sizeof(dParallelSAPStats), __VA_ARGS__)
 #define dParallelSAPSpaceCollideContacts(...) \
@@ -405,6 +410,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
 #define dParallelSAPSpaceRayHits(...) \
   dParallelSAPSpaceRayHitsSized(sizeof(dParallelSAPRay), sizeof(dParallelSAPRayHit), __VA_ARGS__)
 #else /* C89: no variadic macros, nor compound literals, whose commas need them */
+#define dParallelSAPSpaceCreate(a) dParallelSAPSpaceCreateSized(sizeof(dReal), dCloseODE, a)
 #define dParallelSAPSpaceGetStats(a, b) \
   dParallelSAPSpaceGetStatsSized(sizeof(dParallelSAPStats), a, b)
 #define dParallelSAPSpaceCollideContacts(a, b, c, d) \
