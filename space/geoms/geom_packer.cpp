@@ -11,7 +11,6 @@ void UpdateFacts::add(const UpdateFacts& other) {
   user_classes = user_classes || other.user_classes;
   spaces = spaces || other.spaces;
   exact_bits = exact_bits && other.exact_bits;
-  exact_bodies = exact_bodies && other.exact_bodies;
   exact_boxes = exact_boxes && other.exact_boxes;
   beyond_tolerance = beyond_tolerance || other.beyond_tolerance;
   filter_bits = filter_bits || other.filter_bits;
@@ -45,7 +44,7 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
   }
   UpdateFacts& facts = part.facts;
   const bool resting = isResting(geom, rules);
-  boxes.bodies[slot] = resting ? resting_number : numberOf(geom->body);
+  boxes.bodies[slot] = resting ? resting_body : keyOf(geom->body);
   SlotState state = kindOf(geom, resting);
   if (!isEnabled(geom)) {
     state |= disabled_state;
@@ -85,16 +84,16 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
 bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state,
                                   const BoxSet& boxes) const {
   const bool resting = isResting(geom, rules);
-  if (resting != (boxes.bodies[slot] == resting_number)) return true;
+  if (resting != (boxes.bodies[slot] == resting_body)) return true;
   if (isEnabled(geom) != !(state & disabled_state)) return true;
   if (state & no_box_state || (resting && !rules.notified)) return false;
   return !areFoldedTo(boxes.bits[slot].category, geom->category_bits) ||
          !areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) ||
-         (!resting && boxes.bodies[slot] != numberOf(geom->body));
+         (!resting && boxes.bodies[slot] != keyOf(geom->body));
 }
 
 bool GeomPacker::fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {
-  return geom->body && isResting(geom, rules) && boxes.bodies[slot] == numberOf(geom->body);
+  return geom->body && isResting(geom, rules) && boxes.bodies[slot] == keyOf(geom->body);
 }
 
 }  // namespace ode_parallel_sap

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +27,6 @@ struct UpdateFacts {
   bool user_classes = false;  // AABBTest may decide
   bool spaces = false;        // some geom is a space
   bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
-  bool exact_bodies = true;   // each body has a number of its own
   bool exact_boxes = true;    // floats decide as the bounds would
   bool filter_bits = false;
   bool filter_bodies = false;
@@ -61,38 +59,8 @@ struct alignas(64) UpdatePart {
   std::size_t bytes() const { return bytesOf(deferred); }
 };
 
-// A body as 32 bits: 28 of its address, whose last eight tell nothing, as a body takes more than
-// 256 bytes; and four for the place of its area of 64 GiB. A process's areas get places as they are
-// seen: threads that make bodies have heaps of their own. Place 0 is for no body. Bodies for whose
-// area no place is left share a number.
-constexpr std::uint32_t body_places = 16, shared_number = 15;  // fixed: four bits
-inline std::atomic<std::uint32_t> body_areas[body_places];     // an area plus one, or 0
-
-// The term that makes numbers of addresses in the area at a place.
-inline std::uint64_t areaTerm(std::uint32_t place) {
-  const std::uint64_t area = body_areas[place].load(std::memory_order_relaxed);
-  return place == 0 ? 0 : place - ((area - 1) << 32);
-}
-// The body's number, if the term is that of its area; else more than 32 bits.
-inline std::uint64_t numberIn(std::uint64_t term, const dxBody* body) {
-  return (std::uint64_t{reinterpret_cast<std::uintptr_t>(body)} >> 8 << 4) + term;
-}
-// Looks for the area's place, and gives it one while some are left.
-__attribute__((noinline)) inline std::uint32_t findNumber(const dxBody* body) {
-  const std::uint64_t address = reinterpret_cast<std::uintptr_t>(body);
-  for (std::uint32_t place = 1; place < shared_number; ++place) {
-    std::uint32_t known = body_areas[place];
-    if (!known) body_areas[place].compare_exchange_strong(known, (address >> 36) + 1);
-    const std::uint64_t number = numberIn(areaTerm(place), body);
-    if (number >> 32 == 0) return static_cast<std::uint32_t>(number);
-  }
-  return shared_number;
-}
-
-inline std::uint32_t numberOf(const dxBody* body) {
-  if (!body) return 0;
-  const std::uint64_t number = numberIn(areaTerm(1), body);
-  return number >> 32 == 0 ? static_cast<std::uint32_t>(number) : findNumber(body);
+inline BodyKey keyOf(const dxBody* body) {
+  return reinterpret_cast<std::uintptr_t>(body);
 }
 
 // All bits as 32, of which the highest stands for all above it, too: a match of the originals is
@@ -140,11 +108,9 @@ inline void packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& 
 
 // The same of its body.
 inline void packBody(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
-  const std::uint32_t number = boxes.bodies[slot] = numberOf(geom->body);
-  if (!number) return;
+  boxes.bodies[slot] = keyOf(geom->body);
   // Of two geoms on one body at least one is followed by another in the body's list.
   facts.filter_bodies = facts.filter_bodies || geom->body_next;
-  facts.exact_bodies = facts.exact_bodies && number != shared_number;
 }
 
 // Needs exactMode(). The geoms are clean.
@@ -152,7 +118,7 @@ class GeomPacker {
  public:
   PackRules rules;
 
-  // Writes box, bits and body number of a slot to `boxes`. No geom: an empty slot.
+  // Writes box, bits and body of a slot to `boxes`. No geom: an empty slot.
   SlotState pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
   // Whether a geom that was packed with `state` has other bits, another body or is enabled where it
   // was not: nobody tells a space of that.

@@ -20,13 +20,12 @@ Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
 // Sees of most geoms that nothing changed unnoticed, and never says so where something did. Not for
 // rules by which geoms rest.
-bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
-                   const std::uint64_t* terms) {
+bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {
   return !(state & (disabled_state | no_box_state | space_state)) &&
          (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
          areFoldedTo(boxes.bits[slot].category, geom->category_bits) &&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
-         boxes.bodies[slot] == numberIn(terms[boxes.bodies[slot] % body_places], geom->body);
+         boxes.bodies[slot] == keyOf(geom->body);
 }
 // Whether the geoms of a block and those asked for ahead lie further apart than in a row.
 bool areScattered(const dxGeom* first, const dxGeom* last) {
@@ -133,7 +132,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     if (wide == boxes_.wide || repeated) {
       boxes_.exact = facts_.exact_boxes || boxes_.wide;
       boxes_.filter_bits = facts_.filter_bits;
-      boxes_.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
+      boxes_.filter_bodies = facts_.filter_bodies;
       return used;
     }
     boxes_.wide = wide;
@@ -183,14 +182,12 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
       if (slot >= known || !geoms[slot]) return;
       prefetchFar(&geoms[slot]->gflags);
       prefetchFar(&geoms[slot]->body);
-      if (plain || announced || boxes_.bodies[slot] != resting_number)
+      if (plain || announced || boxes_.bodies[slot] != resting_body)
         prefetchFar(&geoms[slot]->category_bits);
     };
     const auto askForBody = [&](std::size_t slot) {
       if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
     };
-    std::uint64_t terms[body_places];
-    for (std::uint32_t place = 0; place < body_places; ++place) terms[place] = areaTerm(place);
     for (std::size_t word = words.begin; word < words.end; ++word) {
       const std::uint64_t looks_here = looksIn(word);
       const bool most_here =
@@ -199,7 +196,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
         if (most_here) ask(slot + look_distance);
-        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_, terms)) continue;
+        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_)) continue;
         if (bodies && most_here) askForBody(slot + look_distance / 2);
         if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes_)) changed.insert(slot);
       }
@@ -258,7 +255,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
 bool GeomUpdate::takeOver(const UpdateFacts& packed) {
   facts_.newly_invalid.clear();
   facts_.add(packed);
-  return packed.exact_bits && packed.exact_bodies && (boxes_.filter_bits || !packed.filter_bits) &&
+  return packed.exact_bits && (boxes_.filter_bits || !packed.filter_bits) &&
          (boxes_.filter_bodies || !packed.filter_bodies) &&
          (boxes_.wide || !coarse_boxes_.areManyMore(static_cast<std::size_t>(facts_.coarse)));
 }
