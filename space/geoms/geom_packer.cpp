@@ -36,13 +36,11 @@ SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
 
 // Unless silent changes are announced, geoms at rest are packed as if enabled and with all bits
 // set, because few of their changes are noticed here: each frame tests pairs with them again.
-SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
-                                BoxSet& boxes) const {
+SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) const {
   if (!geom) {
     boxes.deactivate(slot);
     return no_box_state | unwatched_state;
   }
-  UpdateFacts& facts = part.facts;
   const bool resting = isResting(geom, rules);
   boxes.bodies[slot] = resting ? resting_body : keyOf(geom->body);
   SlotState state = kindOf(geom, resting);
@@ -71,13 +69,13 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
   facts.spaces = facts.spaces || state & space_state;
   state |= rounded & (unbounded_bounds | coarse_bounds);
   if (!resting || rules.notified)
-    packBits(geom, slot, facts, boxes);
+    packBits(geom, boxes.bits[slot], facts);
   else
     boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
   if (resting)
     facts.filter_bodies = true;
   else
-    packBody(geom, slot, facts, boxes);
+    packBody(geom, boxes.bodies[slot], facts);
   return state;
 }
 

@@ -48,7 +48,7 @@ void prefetchStatus(const dxBody* body) {
 // scattered in memory, which the first and the last place tell: what lies in a row the processor
 // asks for by itself, and more would be in its way. Geoms that are the calling thread's business
 // are deferred.
-template <class Use>
+template <class Geoms, class Use>
 void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePart& part) {
   constexpr std::size_t ahead = prefetch_distance / 2;
   for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
@@ -69,7 +69,7 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
       if (needsCallingThread(geom))
         part.deferred.push_back(geoms.slot(i));
       else
-        cleanGeom(geom);
+        cleanOwn(geom);
     }
     const ScopedMode exact(exactMode());
     for (std::size_t i = begin; i < end; ++i) {
@@ -80,7 +80,7 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
 }
 
 // Brings geoms up to date, and calls use(geom, slot, part) for each; geom may be null.
-template <class Use>
+template <class Geoms, class Use>
 int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
   if (parts_.size() < static_cast<std::size_t>(threads) + 1) parts_.resize(threads + 1);
   for (UpdatePart& part : parts_) {
@@ -101,9 +101,10 @@ int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
 
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
-  if (changed) changed->listBelow(slots, slots_);
-  forGeoms(changed ? listed(geoms) : Geoms{geoms, slots}, threads,
-           [](const dxGeom*, Slot, UpdatePart&) {});
+  const auto nothing = [](const dxGeom*, Slot, UpdatePart&) {};
+  if (!changed) return void(forGeoms(AllGeoms{geoms, slots}, threads, nothing));
+  changed->listBelow(slots, slots_);
+  forGeoms(ListedGeoms{geoms, slots_}, threads, nothing);
 }
 
 int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads) {
@@ -116,11 +117,14 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   std::size_t moved = 0;
   for (bool repeated = false;; repeated = true) {
     boxes_.wide ? boxes_.wide_boxes.resizeDiscarding(slots) : boxes_.boxes.resizeDiscarding(slots);
-    const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
-      states_[slot] = packer_.pack(geom, slot, part, boxes_);
-      if (states_[slot]) count(states_[slot], 1, part.facts);
+    std::fill(states_.begin(), states_.end(), PlainPacker::usualState(rules));
+    const auto packSlot = [this, plain = PlainPacker(rules, boxes_, states_.data())](
+                              const dxGeom* geom, Slot slot, UpdatePart& part) {
+      if (plain.pack(geom, slot, part.facts)) return;
+      states_[slot] = packer_.pack(geom, slot, part.facts, boxes_);
+      count(states_[slot], 1, part.facts);
     };
-    const int used = forGeoms({geoms, slots}, threads, packSlot);
+    const int used = forGeoms(AllGeoms{geoms, slots}, threads, packSlot);
     facts_ = mergeParts();
     moved += facts_.moved;
     facts_.moved = moved;
@@ -225,7 +229,7 @@ void GeomUpdate::resizeTo(std::size_t slots) {
   boxes_.resize(slots);
   states_.resize(slots);
   watched_.growTo(slots);
-  UpdatePart unread;
+  UpdateFacts unread;
   for (std::size_t slot = before; slot < slots; ++slot)
     states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes_);
 }
@@ -238,10 +242,11 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
   facts_.moved = 0;
   const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
     count(states_[slot], -1, part.facts);
-    states_[slot] = packer_.pack(geom, slot, part, boxes_);
+    states_[slot] = packer_.pack(geom, slot, part.facts, boxes_);
     count(states_[slot], 1, part.facts);
   };
-  forGeoms(listed(geoms), teamFor(slots_.size(), grains::packed_slots, threads), packSlot);
+  forGeoms(ListedGeoms{geoms, slots_}, teamFor(slots_.size(), grains::packed_slots, threads),
+           packSlot);
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)
       watched_.erase(slot);
