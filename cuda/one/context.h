@@ -40,7 +40,7 @@ struct Context {
   const int processors;
   DeviceBuffer<float> boxes;
   DeviceBuffer<FilterBits> bits;
-  DeviceBuffer<std::uint32_t> bodies;
+  DeviceBuffer<BodyKey> bodies;
   DeviceBuffer<device::ScenePlan> plan;
   DeviceBuffer<std::uint32_t> keys[2], slots[2], starts;
   DeviceBuffer<std::uint64_t> long_keys[2];

@@ -102,7 +102,7 @@ struct Search {
       if (((own.x & others.y) | (own.y & others.x)) == 0) return false;
     }
     if (!filter.bodies) return true;
-    const std::uint32_t body = filter.bodies[slot];
+    const std::uint64_t body = filter.bodies[slot];
     return body == 0 || body != filter.bodies[other];
   }
 

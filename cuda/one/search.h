@@ -20,7 +20,7 @@ constexpr Found nothing_found = ~Found{0};  // fills places that were taken but 
 // What the search reads beside the boxes, by slot. Null: not filtered by it.
 struct SearchFilter {
   const uint2* bits;  // category, collide
-  const std::uint32_t* bodies;
+  const std::uint64_t* bodies;
 };
 
 struct SearchRules {

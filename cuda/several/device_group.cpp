@@ -188,7 +188,7 @@ void DeviceGroup::bringFilters(const BoxSet& boxes) {
     bringCopies(Array<FilterBits>{boxes.bits, boxes.size, &Context::bits_lock,
                                   [](Context& c) { return c.bits.data(); }});
   if (boxes.filter_bodies)
-    bringCopies(Array<std::uint32_t>{boxes.bodies, boxes.size, &Context::bodies_lock,
+    bringCopies(Array<BodyKey>{boxes.bodies, boxes.size, &Context::bodies_lock,
                                      [](Context& c) { return c.bodies.data(); }});
 }
 

@@ -43,8 +43,10 @@ struct FilterBits {
   std::uint32_t category, collide;
 };
 
-// What stands for a body in geoms at rest, no pairs of which are wanted.
-constexpr std::uint32_t resting_number = 0xffffffff;
+// A body's address; 0: no body.
+using BodyKey = std::uint64_t;
+// Stands for the bodies of geoms at rest, no pairs of which are wanted. No body lies there.
+constexpr BodyKey resting_body = 1;
 
 // Boxes and filters by slot. Boxes are the nearest floats (round_to_floats.h), or, in scenes so far
 // from the origin for their size that floats would tell too few of them apart, the exact doubles.
@@ -55,7 +57,7 @@ struct BoxSet {
   Buffer<BasicBox<double>> wide_boxes;
   Buffer<FilterBits> bits;  // read if filter_bits
   // Equal and not 0, if filter_bodies: on the same body, or both at rest, and no pair.
-  Buffer<std::uint32_t> bodies;
+  Buffer<BodyKey> bodies;
   bool filter_bits = false;
   bool filter_bodies = false;
   bool exact = false;  // whether no pair needs the exact test

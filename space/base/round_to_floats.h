@@ -67,42 +67,90 @@ inline BoundsFacts roundToFloats(const Real* bounds, Box& box) {
   return roundToFloatsOneByOne(bounds, box);
 }
 
-#if defined(__SSE2__)
-// The same for most boxes, an axis in a vector.
-template <>
-inline BoundsFacts roundToFloats<double>(const double* bounds, Box& box) {
-  const __m128d x = _mm_loadu_pd(bounds), y = _mm_loadu_pd(bounds + 2),
-                z = _mm_loadu_pd(bounds + 4);
-  const __m128 float_x = _mm_cvtpd_ps(x), float_y = _mm_cvtpd_ps(y), float_z = _mm_cvtpd_ps(z);
-  const __m128 xy = _mm_unpacklo_ps(float_x, float_y);  // lower x and y, upper x and y
-  // The last lanes have z twice.
-  const __m128 lower = _mm_shuffle_ps(xy, float_z, _MM_SHUFFLE(0, 0, 1, 0));
-  const __m128 upper = _mm_shuffle_ps(xy, float_z, _MM_SHUFFLE(1, 1, 3, 2));
-  const __m128 size = _mm_sub_ps(upper, lower);
-  const __m128 signs = _mm_set1_ps(-0.0f);
-  const __m128 bound = _mm_max_ps(_mm_andnot_ps(signs, lower), _mm_andnot_ps(signs, upper));
-  const __m128 plain = _mm_and_ps(_mm_cmplt_ps(_mm_setzero_ps(), size),
-                                  _mm_cmplt_ps(_mm_max_ps(bound, size), _mm_set1_ps(most_bound)));
-  if (__builtin_expect(_mm_movemask_ps(plain) != 15, false))
-    return roundToFloatsOneByOne(bounds, box);
+// The same for a box like most: bounded, on no axis coarse, and with no bound from
+// `most_step` / coarse_share on. False for others; anything may be in `box` then. `exact` becomes
+// false if the floats may not decide every overlap as the bounds would.
+constexpr float most_bound_step = most_bound * coarse_share;
+template <class Real>
+inline bool roundFine(const Real* bounds, float most_step, Box& box, bool& exact) {
+  const BoundsFacts facts = roundToFloats(bounds, box);
+  exact = exact && !facts;
+  bool fine = !(facts & ~inexact_bounds);
+  for (int axis = 0; axis < 3; ++axis)
+    fine = fine && std::max(std::fabs(box.lower[axis]), std::fabs(box.upper[axis])) * coarse_share <
+                       most_step;
+  return fine;
+}
 
+#if defined(__SSE2__)
+// Bounds as floats, an axis in a lane, the last one twice.
+struct RoundedBounds {
+  __m128 x, y, z, xy;  // lower and upper; lower x and y, upper x and y
+  __m128 lower, upper, size;
+  __m128 farthest;  // the greater magnitude, if the size is at least 0
+
+  explicit RoundedBounds(const double* bounds)
+      : x(_mm_cvtpd_ps(_mm_loadu_pd(bounds))),
+        y(_mm_cvtpd_ps(_mm_loadu_pd(bounds + 2))),
+        z(_mm_cvtpd_ps(_mm_loadu_pd(bounds + 4))),
+        xy(_mm_unpacklo_ps(x, y)),
+        lower(_mm_shuffle_ps(xy, z, _MM_SHUFFLE(0, 0, 1, 0))),
+        upper(_mm_shuffle_ps(xy, z, _MM_SHUFFLE(1, 1, 3, 2))),
+        size(_mm_sub_ps(upper, lower)),
+        farthest(_mm_max_ps(_mm_sub_ps(_mm_setzero_ps(), lower), upper)) {}
+
+  static bool areAllBelow(__m128 a, __m128 b) {
+    return __builtin_expect(_mm_movemask_ps(_mm_cmplt_ps(a, b)) == 15, true);
+  }
+  // Of two numbers the second one counts where one is NaN, and NaN is below nothing.
+  bool isFine(float most_step) const {
+    const __m128 steps = _mm_mul_ps(farthest, _mm_set1_ps(coarse_share));
+    return areAllBelow(_mm_max_ps(_mm_set1_ps(least_fine_extent), steps),
+                       _mm_min_ps(_mm_set1_ps(most_step), size));
+  }
+  bool isBounded() const {
+    return areAllBelow(_mm_setzero_ps(), size) &&
+           areAllBelow(_mm_max_ps(farthest, size), _mm_set1_ps(most_bound));
+  }
+  bool isCoarse() const {
+    __m128 most = _mm_max_ps(_mm_unpacklo_ps(farthest, size), _mm_unpackhi_ps(farthest, size));
+    most = _mm_max_ps(most, _mm_movehl_ps(most, most));  // farthest, size
+    const __m128 step =
+        _mm_max_ss(_mm_mul_ss(most, _mm_set_ss(coarse_share)), _mm_set_ss(least_fine_extent));
+    return _mm_comigt_ss(step, _mm_shuffle_ps(most, most, 1)) != 0;
+  }
+  bool areExact(const double* bounds) const {
+    const __m128d same_x = _mm_cmpeq_pd(_mm_cvtps_pd(x), _mm_loadu_pd(bounds));
+    const __m128d same_y = _mm_cmpeq_pd(_mm_cvtps_pd(y), _mm_loadu_pd(bounds + 2));
+    const __m128d same_z = _mm_cmpeq_pd(_mm_cvtps_pd(z), _mm_loadu_pd(bounds + 4));
+    return _mm_movemask_pd(_mm_and_pd(_mm_and_pd(same_x, same_y), same_z)) == 3;
+  }
   // Two stores that do not overlap: the box is often read again at once, and a processor makes that
   // wait where it would have to join stores.
-  const __m128 middle = _mm_shuffle_ps(float_z, xy, _MM_SHUFFLE(2, 2, 0, 0));
-  _mm_storeu_ps(box.lower, _mm_shuffle_ps(xy, middle, _MM_SHUFFLE(2, 0, 1, 0)));
-  _mm_storel_pi(reinterpret_cast<__m64*>(box.upper + 1),
-                _mm_shuffle_ps(upper, upper, _MM_SHUFFLE(2, 2, 2, 1)));
+  void store(Box& box) const {
+    const __m128 middle = _mm_shuffle_ps(z, xy, _MM_SHUFFLE(2, 2, 0, 0));
+    _mm_storeu_ps(box.lower, _mm_shuffle_ps(xy, middle, _MM_SHUFFLE(2, 0, 1, 0)));
+    _mm_storel_pi(reinterpret_cast<__m64*>(box.upper + 1),
+                  _mm_shuffle_ps(upper, upper, _MM_SHUFFLE(2, 2, 2, 1)));
+  }
+};
 
-  const __m128d same = _mm_and_pd(
-      _mm_and_pd(_mm_cmpeq_pd(_mm_cvtps_pd(float_x), x), _mm_cmpeq_pd(_mm_cvtps_pd(float_y), y)),
-      _mm_cmpeq_pd(_mm_cvtps_pd(float_z), z));
-  __m128 most = _mm_max_ps(_mm_unpacklo_ps(bound, size), _mm_unpackhi_ps(bound, size));
-  most = _mm_max_ps(most, _mm_movehl_ps(most, most));  // bound, size
-  const __m128 step =
-      _mm_max_ss(_mm_mul_ss(most, _mm_set_ss(coarse_share)), _mm_set_ss(least_fine_extent));
-  const bool far = _mm_comigt_ss(step, _mm_shuffle_ps(most, most, 1)) != 0;
-  if (_mm_movemask_pd(same) == 3) return 0;
-  return far ? inexact_bounds | coarse_bounds : inexact_bounds;
+template <>
+inline BoundsFacts roundToFloats<double>(const double* bounds, Box& box) {
+  const RoundedBounds rounded(bounds);
+  if (!rounded.isBounded()) return roundToFloatsOneByOne(bounds, box);
+  rounded.store(box);
+  if (rounded.areExact(bounds)) return 0;
+  return rounded.isCoarse() ? inexact_bounds | coarse_bounds : inexact_bounds;
+}
+
+template <>
+inline bool roundFine<double>(const double* bounds, float most_step, Box& box, bool& exact) {
+  const RoundedBounds rounded(bounds);
+  if (!rounded.isFine(most_step)) return false;
+  rounded.store(box);
+  if (exact) exact = rounded.areExact(bounds);
+  return true;
 }
 #endif
 

@@ -13,11 +13,11 @@
 
 namespace ode_parallel_sap {
 
-// Small storage is the heap's. From 192 bytes on it begins with a cache line: less would be in vain
+// Small storage is the heap's. From 256 bytes on it begins with a cache line: less would be in vain
 // for the many small lists of small spaces. Large storage (least_mapped) is the system's own pages.
 class Storage {
  public:
-  static constexpr std::size_t unit = 16, least_aligned = 192;  // fixed: the heap's; a GroupFilter
+  static constexpr std::size_t unit = 16, least_aligned = 256;  // fixed: the heap's; a GroupFilter
   // What a wish for so many bytes is rounded up to.
   static std::size_t sizeFor(std::size_t bytes) {
     const std::size_t step = bytes < least_aligned ? unit : bytes < least_mapped ? line : page;

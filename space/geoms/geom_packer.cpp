@@ -11,7 +11,6 @@ void UpdateFacts::add(const UpdateFacts& other) {
   user_classes = user_classes || other.user_classes;
   spaces = spaces || other.spaces;
   exact_bits = exact_bits && other.exact_bits;
-  exact_bodies = exact_bodies && other.exact_bodies;
   exact_boxes = exact_boxes && other.exact_boxes;
   beyond_tolerance = beyond_tolerance || other.beyond_tolerance;
   filter_bits = filter_bits || other.filter_bits;
@@ -37,15 +36,13 @@ SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
 
 // Unless silent changes are announced, geoms at rest are packed as if enabled and with all bits
 // set, because few of their changes are noticed here: each frame tests pairs with them again.
-SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
-                                BoxSet& boxes) const {
+SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) const {
   if (!geom) {
     boxes.deactivate(slot);
     return no_box_state | unwatched_state;
   }
-  UpdateFacts& facts = part.facts;
   const bool resting = isResting(geom, rules);
-  boxes.bodies[slot] = resting ? resting_number : numberOf(geom->body);
+  boxes.bodies[slot] = resting ? resting_body : keyOf(geom->body);
   SlotState state = kindOf(geom, resting);
   if (!isEnabled(geom)) {
     state |= disabled_state;
@@ -72,29 +69,29 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
   facts.spaces = facts.spaces || state & space_state;
   state |= rounded & (unbounded_bounds | coarse_bounds);
   if (!resting || rules.notified)
-    packBits(geom, slot, facts, boxes);
+    packBits(geom, boxes.bits[slot], facts);
   else
     boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
   if (resting)
     facts.filter_bodies = true;
   else
-    packBody(geom, slot, facts, boxes);
+    packBody(geom, boxes.bodies[slot], facts);
   return state;
 }
 
 bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state,
                                   const BoxSet& boxes) const {
   const bool resting = isResting(geom, rules);
-  if (resting != (boxes.bodies[slot] == resting_number)) return true;
+  if (resting != (boxes.bodies[slot] == resting_body)) return true;
   if (isEnabled(geom) != !(state & disabled_state)) return true;
   if (state & no_box_state || (resting && !rules.notified)) return false;
   return !areFoldedTo(boxes.bits[slot].category, geom->category_bits) ||
          !areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) ||
-         (!resting && boxes.bodies[slot] != numberOf(geom->body));
+         (!resting && boxes.bodies[slot] != keyOf(geom->body));
 }
 
 bool GeomPacker::fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {
-  return geom->body && isResting(geom, rules) && boxes.bodies[slot] == numberOf(geom->body);
+  return geom->body && isResting(geom, rules) && boxes.bodies[slot] == keyOf(geom->body);
 }
 
 }  // namespace ode_parallel_sap

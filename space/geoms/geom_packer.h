@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +27,6 @@ struct UpdateFacts {
   bool user_classes = false;  // AABBTest may decide
   bool spaces = false;        // some geom is a space
   bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
-  bool exact_bodies = true;   // each body has a number of its own
   bool exact_boxes = true;    // floats decide as the bounds would
   bool filter_bits = false;
   bool filter_bodies = false;
@@ -61,38 +59,8 @@ struct alignas(64) UpdatePart {
   std::size_t bytes() const { return bytesOf(deferred); }
 };
 
-// A body as 32 bits: 28 of its address, whose last eight tell nothing, as a body takes more than
-// 256 bytes; and four for the place of its area of 64 GiB. A process's areas get places as they are
-// seen: threads that make bodies have heaps of their own. Place 0 is for no body. Bodies for whose
-// area no place is left share a number.
-constexpr std::uint32_t body_places = 16, shared_number = 15;  // fixed: four bits
-inline std::atomic<std::uint32_t> body_areas[body_places];     // an area plus one, or 0
-
-// The term that makes numbers of addresses in the area at a place.
-inline std::uint64_t areaTerm(std::uint32_t place) {
-  const std::uint64_t area = body_areas[place].load(std::memory_order_relaxed);
-  return place == 0 ? 0 : place - ((area - 1) << 32);
-}
-// The body's number, if the term is that of its area; else more than 32 bits.
-inline std::uint64_t numberIn(std::uint64_t term, const dxBody* body) {
-  return (std::uint64_t{reinterpret_cast<std::uintptr_t>(body)} >> 8 << 4) + term;
-}
-// Looks for the area's place, and gives it one while some are left.
-__attribute__((noinline)) inline std::uint32_t findNumber(const dxBody* body) {
-  const std::uint64_t address = reinterpret_cast<std::uintptr_t>(body);
-  for (std::uint32_t place = 1; place < shared_number; ++place) {
-    std::uint32_t known = body_areas[place];
-    if (!known) body_areas[place].compare_exchange_strong(known, (address >> 36) + 1);
-    const std::uint64_t number = numberIn(areaTerm(place), body);
-    if (number >> 32 == 0) return static_cast<std::uint32_t>(number);
-  }
-  return shared_number;
-}
-
-inline std::uint32_t numberOf(const dxBody* body) {
-  if (!body) return 0;
-  const std::uint64_t number = numberIn(areaTerm(1), body);
-  return number >> 32 == 0 ? static_cast<std::uint32_t>(number) : findNumber(body);
+inline BodyKey keyOf(const dxBody* body) {
+  return reinterpret_cast<std::uintptr_t>(body);
 }
 
 // All bits as 32, of which the highest stands for all above it, too: a match of the originals is
@@ -112,11 +80,14 @@ inline bool areFoldedTo(std::uint32_t folded, unsigned long bits) {
   return static_cast<std::uint32_t>(bits) == folded && foldsExactly(bits);
 }
 
-// Whether a step of floats at one of the bounds is more than a small part of the tolerance, or the
-// bound is beyond all floats.
-inline bool exceedsTolerance(const dReal* bounds, dReal tolerance) {
+// Beyond this a step of floats is more than a small part of the tolerance.
+inline dReal mostFor(dReal tolerance) {
   constexpr dReal least_steps = 0x1p18;  // fixed: 32 steps in a tolerance
-  const dReal limit = std::min<dReal>(tolerance * least_steps, most_bound);
+  return std::min<dReal>(tolerance * least_steps, most_bound);
+}
+// Whether a finite bound lies there.
+inline bool exceedsTolerance(const dReal* bounds, dReal tolerance) {
+  const dReal limit = mostFor(tolerance);
   bool exceeds = false;
   for (int i = 0; i < 6; ++i) {
     const dReal size = std::fabs(bounds[i]);
@@ -126,25 +97,25 @@ inline bool exceedsTolerance(const dReal* bounds, dReal tolerance) {
 }
 
 // Writes the bits of a geom that takes part, and what they add to the facts.
-inline void packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
-  constexpr unsigned long all = ~0ul;
-  if (__builtin_expect((geom->category_bits & geom->collide_bits) == all, true)) {
-    boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
-    return;
-  }
+__attribute__((noinline)) inline void packSomeBits(const dxGeom* geom, FilterBits& bits,
+                                                   UpdateFacts& facts) {
   facts.filter_bits = true;
   facts.exact_bits =
       facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
-  boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
+  bits = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
+}
+inline void packBits(const dxGeom* geom, FilterBits& bits, UpdateFacts& facts) {
+  if (__builtin_expect((geom->category_bits & geom->collide_bits) != ~0ul, false))
+    packSomeBits(geom, bits, facts);
+  else
+    bits = {~std::uint32_t{0}, ~std::uint32_t{0}};
 }
 
 // The same of its body.
-inline void packBody(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
-  const std::uint32_t number = boxes.bodies[slot] = numberOf(geom->body);
-  if (!number) return;
+inline void packBody(const dxGeom* geom, BodyKey& body, UpdateFacts& facts) {
+  body = keyOf(geom->body);
   // Of two geoms on one body at least one is followed by another in the body's list.
-  facts.filter_bodies = facts.filter_bodies || geom->body_next;
-  facts.exact_bodies = facts.exact_bodies && number != shared_number;
+  if (geom->body_next) facts.filter_bodies = true;
 }
 
 // Needs exactMode(). The geoms are clean.
@@ -152,8 +123,8 @@ class GeomPacker {
  public:
   PackRules rules;
 
-  // Writes box, bits and body number of a slot to `boxes`. No geom: an empty slot.
-  SlotState pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
+  // Writes box, bits and body of a slot to `boxes`. No geom: an empty slot.
+  SlotState pack(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) const;
   // Whether a geom that was packed with `state` has other bits, another body or is enabled where it
   // was not: nobody tells a space of that.
   bool changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) const;
@@ -161,27 +132,60 @@ class GeomPacker {
   bool fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const;
 
  private:
-  SlotState packOther(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
   SlotState kindOf(const dxGeom* geom, bool resting) const;
 };
 
-// Most geoms are enabled and neither spaces nor of a user's class, with a bounded box of floats:
-// they add nothing else to their slots' states.
-inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part,
-                                  BoxSet& boxes) const {
-  static_assert(dFirstSpaceClass < dFirstUserClass, "all classes below are neither");
-  if (rules.skip() || boxes.wide || !geom || geom->type >= dFirstSpaceClass ||
-      (geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE)
-    return packOther(geom, slot, part, boxes);
-  Box& box = boxes.boxes[slot];
-  const BoundsFacts rounded = roundToFloats(geom->aabb, box);
-  if (rounded & (nan_bounds | unbounded_bounds)) return packOther(geom, slot, part, boxes);
-  if (rounded & inexact_bounds) part.facts.exact_boxes = false;
-  if (rules.tolerance > 0 && exceedsTolerance(geom->aabb, rules.tolerance))
-    part.facts.beyond_tolerance = true;
-  packBits(geom, slot, part.facts, boxes);
-  packBody(geom, slot, part.facts, boxes);
-  return (rules.notified ? unwatched_state : 0) | (rounded & coarse_bounds);
-}
+// The same in few instructions for most geoms: enabled, neither spaces nor of a user's class, with
+// bounded boxes of floats, by rules that leave no pair out. By value: what is written could, for
+// all that a compiler knows, change what is pointed to.
+class PlainPacker {
+ public:
+  // The states are to be usualState() already.
+  PlainPacker(const PackRules& rules, BoxSet& boxes, SlotState* states)
+      : boxes_(rules.skip() || boxes.wide ? nullptr : boxes.boxes.data()),
+        bits_(boxes.bits.data()),
+        bodies_(boxes.bodies.data()),
+        states_(states),
+        most_step_(coarse_share * (rules.tolerance > 0
+                                       ? static_cast<float>(mostFor(rules.tolerance))
+                                       : most_bound)) {}
+
+  static SlotState usualState(const PackRules& rules) {
+    return rules.notified ? unwatched_state : 0;
+  }
+  // False: GeomPacker has to do it.
+  bool pack(const dxGeom* geom, Slot slot, UpdateFacts& facts) const {
+    static_assert(dFirstSpaceClass < dFirstUserClass, "all classes below are neither");
+    if (!boxes_ || !geom || geom->type >= dFirstSpaceClass ||
+        (geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE)
+      return false;
+    if (__builtin_expect(!roundFine(geom->aabb, most_step_, boxes_[slot], facts.exact_boxes),
+                         false) &&
+        !packOther(geom, slot, facts))
+      return false;
+    packBits(geom, bits_[slot], facts);
+    packBody(geom, bodies_[slot], facts);
+    return true;
+  }
+
+ private:
+  // A box that may be coarse.
+  bool packOther(const dxGeom* geom, Slot slot, UpdateFacts& facts) const {
+    const BoundsFacts rounded = roundToFloats(geom->aabb, boxes_[slot]);
+    if (most_step_ < most_bound_step || rounded & (nan_bounds | unbounded_bounds)) return false;
+    if (rounded & inexact_bounds) facts.exact_boxes = false;
+    if (rounded & coarse_bounds) {
+      states_[slot] |= coarse_state;
+      ++facts.coarse;
+    }
+    return true;
+  }
+
+  Box* boxes_;  // null: nothing is plain
+  FilterBits* bits_;
+  BodyKey* bodies_;
+  SlotState* states_;
+  float most_step_;
+};
 
 }  // namespace ode_parallel_sap

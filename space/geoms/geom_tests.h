@@ -124,10 +124,14 @@ inline void updateAABB(dxGeom* geom) {
   if (geom->type == dRayClass) mendBoxOfRay(*static_cast<dxRay*>(geom));
 }
 
-inline void cleanGeom(dxGeom* geom) {
-  if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
+// The same of one that is no space, or whose geoms are clean.
+inline void cleanOwn(dxGeom* geom) {
   updateAABB(geom);
   geom->gflags &= ~GEOM_DIRTY;
+}
+inline void cleanGeom(dxGeom* geom) {
+  if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
+  cleanOwn(geom);
 }
 
 }  // namespace ode_parallel_sap

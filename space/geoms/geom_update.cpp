@@ -20,13 +20,12 @@ Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
 // Sees of most geoms that nothing changed unnoticed, and never says so where something did. Not for
 // rules by which geoms rest.
-bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
-                   const std::uint64_t* terms) {
+bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {
   return !(state & (disabled_state | no_box_state | space_state)) &&
          (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
          areFoldedTo(boxes.bits[slot].category, geom->category_bits) &&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
-         boxes.bodies[slot] == numberIn(terms[boxes.bodies[slot] % body_places], geom->body);
+         boxes.bodies[slot] == keyOf(geom->body);
 }
 // Whether the geoms of a block and those asked for ahead lie further apart than in a row.
 bool areScattered(const dxGeom* first, const dxGeom* last) {
@@ -49,7 +48,7 @@ void prefetchStatus(const dxBody* body) {
 // scattered in memory, which the first and the last place tell: what lies in a row the processor
 // asks for by itself, and more would be in its way. Geoms that are the calling thread's business
 // are deferred.
-template <class Use>
+template <class Geoms, class Use>
 void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePart& part) {
   constexpr std::size_t ahead = prefetch_distance / 2;
   for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
@@ -70,7 +69,7 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
       if (needsCallingThread(geom))
         part.deferred.push_back(geoms.slot(i));
       else
-        cleanGeom(geom);
+        cleanOwn(geom);
     }
     const ScopedMode exact(exactMode());
     for (std::size_t i = begin; i < end; ++i) {
@@ -81,7 +80,7 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
 }
 
 // Brings geoms up to date, and calls use(geom, slot, part) for each; geom may be null.
-template <class Use>
+template <class Geoms, class Use>
 int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
   if (parts_.size() < static_cast<std::size_t>(threads) + 1) parts_.resize(threads + 1);
   for (UpdatePart& part : parts_) {
@@ -102,9 +101,10 @@ int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
 
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
-  if (changed) changed->listBelow(slots, slots_);
-  forGeoms(changed ? listed(geoms) : Geoms{geoms, slots}, threads,
-           [](const dxGeom*, Slot, UpdatePart&) {});
+  const auto nothing = [](const dxGeom*, Slot, UpdatePart&) {};
+  if (!changed) return void(forGeoms(AllGeoms{geoms, slots}, threads, nothing));
+  changed->listBelow(slots, slots_);
+  forGeoms(ListedGeoms{geoms, slots_}, threads, nothing);
 }
 
 int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads) {
@@ -117,11 +117,14 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   std::size_t moved = 0;
   for (bool repeated = false;; repeated = true) {
     boxes_.wide ? boxes_.wide_boxes.resizeDiscarding(slots) : boxes_.boxes.resizeDiscarding(slots);
-    const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
-      states_[slot] = packer_.pack(geom, slot, part, boxes_);
-      if (states_[slot]) count(states_[slot], 1, part.facts);
+    std::fill(states_.begin(), states_.end(), PlainPacker::usualState(rules));
+    const auto packSlot = [this, plain = PlainPacker(rules, boxes_, states_.data())](
+                              const dxGeom* geom, Slot slot, UpdatePart& part) {
+      if (plain.pack(geom, slot, part.facts)) return;
+      states_[slot] = packer_.pack(geom, slot, part.facts, boxes_);
+      count(states_[slot], 1, part.facts);
     };
-    const int used = forGeoms({geoms, slots}, threads, packSlot);
+    const int used = forGeoms(AllGeoms{geoms, slots}, threads, packSlot);
     facts_ = mergeParts();
     moved += facts_.moved;
     facts_.moved = moved;
@@ -133,7 +136,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     if (wide == boxes_.wide || repeated) {
       boxes_.exact = facts_.exact_boxes || boxes_.wide;
       boxes_.filter_bits = facts_.filter_bits;
-      boxes_.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
+      boxes_.filter_bodies = facts_.filter_bodies;
       return used;
     }
     boxes_.wide = wide;
@@ -183,14 +186,12 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
       if (slot >= known || !geoms[slot]) return;
       prefetchFar(&geoms[slot]->gflags);
       prefetchFar(&geoms[slot]->body);
-      if (plain || announced || boxes_.bodies[slot] != resting_number)
+      if (plain || announced || boxes_.bodies[slot] != resting_body)
         prefetchFar(&geoms[slot]->category_bits);
     };
     const auto askForBody = [&](std::size_t slot) {
       if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
     };
-    std::uint64_t terms[body_places];
-    for (std::uint32_t place = 0; place < body_places; ++place) terms[place] = areaTerm(place);
     for (std::size_t word = words.begin; word < words.end; ++word) {
       const std::uint64_t looks_here = looksIn(word);
       const bool most_here =
@@ -199,7 +200,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
         if (most_here) ask(slot + look_distance);
-        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_, terms)) continue;
+        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_)) continue;
         if (bodies && most_here) askForBody(slot + look_distance / 2);
         if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes_)) changed.insert(slot);
       }
@@ -228,7 +229,7 @@ void GeomUpdate::resizeTo(std::size_t slots) {
   boxes_.resize(slots);
   states_.resize(slots);
   watched_.growTo(slots);
-  UpdatePart unread;
+  UpdateFacts unread;
   for (std::size_t slot = before; slot < slots; ++slot)
     states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes_);
 }
@@ -241,10 +242,11 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
   facts_.moved = 0;
   const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
     count(states_[slot], -1, part.facts);
-    states_[slot] = packer_.pack(geom, slot, part, boxes_);
+    states_[slot] = packer_.pack(geom, slot, part.facts, boxes_);
     count(states_[slot], 1, part.facts);
   };
-  forGeoms(listed(geoms), teamFor(slots_.size(), grains::packed_slots, threads), packSlot);
+  forGeoms(ListedGeoms{geoms, slots_}, teamFor(slots_.size(), grains::packed_slots, threads),
+           packSlot);
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)
       watched_.erase(slot);
@@ -258,7 +260,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
 bool GeomUpdate::takeOver(const UpdateFacts& packed) {
   facts_.newly_invalid.clear();
   facts_.add(packed);
-  return packed.exact_bits && packed.exact_bodies && (boxes_.filter_bits || !packed.filter_bits) &&
+  return packed.exact_bits && (boxes_.filter_bits || !packed.filter_bits) &&
          (boxes_.filter_bodies || !packed.filter_bodies) &&
          (boxes_.wide || !coarse_boxes_.areManyMore(static_cast<std::size_t>(facts_.coarse)));
 }

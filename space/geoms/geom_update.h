@@ -54,7 +54,7 @@ class GeomUpdate {
   int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads);
 
   // Whether repack() may follow what was packed last.
-  bool canRepack() const { return facts_.exact_bits && facts_.exact_bodies; }
+  bool canRepack() const { return facts_.exact_bits; }
   // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
   // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
   // threads used.
@@ -82,19 +82,25 @@ class GeomUpdate {
 
  private:
   // Geoms that are brought up to date together: those of all slots, or of the slots of a list.
-  struct Geoms {
+  struct AllGeoms {
     dxGeom* const* of_slot;
     std::size_t count;
-    const Slot* list = nullptr;
 
-    Slot slot(std::size_t i) const { return list ? list[i] : static_cast<Slot>(i); }
-    dxGeom* geom(std::size_t i) const { return of_slot[slot(i)]; }
+    Slot slot(std::size_t i) const { return static_cast<Slot>(i); }
+    dxGeom* geom(std::size_t i) const { return of_slot[i]; }
   };
-  template <class Use>
+  struct ListedGeoms {
+    dxGeom* const* of_slot;
+    const Buffer<Slot>& list;
+    std::size_t count = list.size();
+
+    Slot slot(std::size_t i) const { return list[i]; }
+    dxGeom* geom(std::size_t i) const { return of_slot[list[i]]; }
+  };
+  template <class Geoms, class Use>
   int forGeoms(const Geoms& geoms, int threads, Use use);
-  template <class Use>
+  template <class Geoms, class Use>
   static void forPart(Geoms geoms, Range range, Use use, UpdatePart& part);
-  Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
   UpdateFacts mergeParts();
   void watchAll();
   void resizeTo(std::size_t slots);

@@ -22,14 +22,14 @@ Region verifying("filter: verified pairs"), testing("filter: exact tests"), clos
 // Whether the geoms decide otherwise than the boxes did.
 struct ExactTest {
   dxGeom* const* geoms;
-  const std::uint32_t* bodies;  // their numbers
-  bool every_filter;            // the bits or bodies beside the boxes do not decide
-  bool asleep_on_static;        // pairs of a geom asleep and a static one are not wanted
-  bool packed_bits_at_rest;     // geoms at rest have their own bits
-  const SlotState* of_planes;   // by slot, unbounded_state where planes are; null: not culled
+  const BodyKey* bodies;       // by slot
+  bool every_filter;           // the bits beside the boxes do not decide
+  bool asleep_on_static;       // pairs of a geom asleep and a static one are not wanted
+  bool packed_bits_at_rest;    // geoms at rest have their own bits
+  const SlotState* of_planes;  // by slot, unbounded_state where planes are; null: not culled
 
   bool everyPair() const { return every_filter || asleep_on_static || of_planes; }
-  bool atRest(Slot slot) const { return bodies[slot] == resting_number; }
+  bool atRest(Slot slot) const { return bodies[slot] == resting_body; }
   bool isStatic(Slot slot) const { return bodies[slot] == 0 && !IS_SPACE(geoms[slot]); }
 
   bool drops(Pair pair) const {
@@ -130,7 +130,7 @@ void PairFilter::dropExcluded(dxGeom* const* geoms, const GeomUpdate& update,
   const UpdateFacts& facts = update.facts();
   const ExactTest test = {geoms,
                           update.boxes().bodies.data(),
-                          !facts.exact_bits || (facts.filter_bodies && !facts.exact_bodies),
+                          !facts.exact_bits,
                           rules.skip_asleep && !rules.skip_static,
                           rules.notified,
                           planes && facts.unbounded ? update.states() : nullptr};

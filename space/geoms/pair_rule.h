@@ -1,5 +1,5 @@
 // Which two geoms are a pair, by pointer: the last word where boxes cannot decide. Kernels and
-// devices test the same on packed bits and numbers of bodies (space/base/packed_pair_rule.h). Sees
+// devices test the same on packed bits and bodies (space/base/packed_pair_rule.h). Sees
 // ODE's private headers.
 #pragma once
 

@@ -28,7 +28,7 @@ struct alignas(64) Group {
 struct alignas(64) GroupFilter {
   std::uint32_t category[group_size];
   std::uint32_t collide[group_size];
-  std::uint32_t body[group_size];
+  std::uint64_t body[group_size];
 };
 
 // A tree over cells that are consecutive in memory: levels[0] are the cells themselves, each group

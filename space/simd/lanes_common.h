@@ -112,9 +112,9 @@ struct RegisterLanes {
       return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) < static_cast<std::int32_t>(value);
     });
   }
-  static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
-    return Set::template bits<std::uint32_t>(
-        [=](int i) { return Mask<std::uint32_t>(load(p + i) == value); });
+  static unsigned equals(const std::uint64_t* p, std::uint64_t value) {
+    return Set::template bits<std::uint64_t>(
+        [=](int i) { return Mask<std::uint64_t>(load(p + i) == value); });
   }
   // See kernel_overlaps.h. No difference of bounds is NaN, but for unused places.
   template <class BoxGroup, class Allowed>
