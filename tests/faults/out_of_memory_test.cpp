@@ -133,7 +133,7 @@ struct Said {
 
  private:
   static void hear(int, const char* text, va_list) {
-    said_->one_by_one += std::strstr(text, "pairs are tested one by one") != nullptr;
+    said_->one_by_one += std::strstr(text, "pairs are found for some geoms at a time") != nullptr;
     said_->events_later += std::strstr(text, "a later frame reports the pairs") != nullptr;
   }
 
