@@ -26,8 +26,8 @@ class Part {
   }
   Part(Pair* room, std::size_t geoms)
       : pairs_(room),
-        most_pairs_(pairs_a_geom * geoms),
-        nodes_(reinterpret_cast<Bounds*>(room + most_pairs_)),
+        most_pairs_(pairs_a_geom * geoms - 1),  // one is written and not counted
+        nodes_(reinterpret_cast<Bounds*>(room + most_pairs_ + 1)),
         members_(reinterpret_cast<Member*>(nodes_ + 2 * leavesFor(geoms))) {}
 
   // Takes the geoms of slots [begin, end). Needs exactMode().
@@ -54,11 +54,11 @@ class Part {
       }
     }
   }
-  // Adds the pairs of a geom with members in earlier slots below `end`. Needs exactMode(), and room
-  // for a pair with each of these.
-  void addPairsOf(const dxGeom* geom, std::size_t slot, std::size_t end) {
+  // Adds the pairs of an AABB in a slot with members in earlier slots below `end`. Needs
+  // exactMode(), and room for a pair with each of these. No branch depends on a member.
+  void addPairsOf(const dReal* aabb, std::size_t slot, std::size_t end) {
     for (std::size_t node = 1;;) {
-      const bool reached = boxesOverlap(nodes_[node].aabb, geom->aabb);
+      const bool reached = nodes_[node].overlaps(aabb);
       if (reached && node < leaves_) {
         node *= 2;
         continue;
@@ -67,14 +67,19 @@ class Part {
         const Range range = membersOf(node - leaves_, leaves_);
         for (std::size_t i = range.begin; i < range.end; ++i) {
           const Slot own = members_[i].slot;
-          if (own < slot && own < end && boxesOverlap(members_[i].bounds.aabb, geom->aabb))
-            pairs_[pair_count_++] = makePair(own, static_cast<Slot>(slot));
+          pairs_[pair_count_] = makePair(own, static_cast<Slot>(slot));
+          pair_count_ += (own < slot) & (own < end) & members_[i].bounds.overlaps(aabb);
         }
       }
       for (++node; node % 2 == 0;) node /= 2;  // after a second child comes what follows its parent
       if (node == 1) return;
     }
   }
+  // The same of its member at a place: neighbours follow each other.
+  void addPairsOfMember(std::size_t place, std::size_t end) {
+    addPairsOf(members_[place].bounds.aabb, members_[place].slot, end);
+  }
+  std::size_t members() const { return count_; }
   std::size_t room() const { return most_pairs_ - pair_count_; }
   void dropPairsFrom(std::size_t end) {
     const Pair* const last = std::remove_if(pairs_, pairs_ + pair_count_,
@@ -93,6 +98,10 @@ class Part {
   static constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
   struct Bounds {
     dReal aabb[6] = {infinity, -infinity, infinity, -infinity, infinity, -infinity};
+    bool overlaps(const dReal* other) const {
+      return (aabb[0] <= other[1]) & (other[0] <= aabb[1]) & (aabb[2] <= other[3]) &
+             (other[2] <= aabb[3]) & (aabb[4] <= other[5]) & (other[4] <= aabb[5]);
+    }
     void include(const Bounds& other) {
       for (int i = 0; i < 6; i += 2) {
         aabb[i] = std::min(aabb[i], other.aabb[i]);
@@ -150,39 +159,49 @@ void findInParts(const Buffer<dxGeom*>& geoms, std::size_t most, Part part, Use 
   const std::size_t count = geoms.size();
   std::size_t wanted = most;
   for (std::size_t begin = 0, end; begin < count; begin = end) {
-    end = std::min(count, begin + wanted);
+    const std::size_t behind = end = std::min(count, begin + wanted);
     {
       const ScopedMode mode(exactMode());
       part.take(geoms, begin, end);
     }
-    for (std::size_t slot = begin + 1; slot < count; ++slot) {
+    const auto makeRoom = [&] {
       while (part.room() < end - begin)
         if (end - begin > 1)
           part.dropPairsFrom(end = begin + (end - begin) / 2);
         else
-          part.usePairs(use);  // of one geom they are in their order as they come
+          part.usePairs(
+              use);  // of one geom with those behind: they are in their order as they come
+    };
+    for (std::size_t place = 0; place < part.members(); ++place) {
+      makeRoom();
       const ScopedMode mode(exactMode());
-      if (geoms[slot]) part.addPairsOf(geoms[slot], slot, end);
+      part.addPairsOfMember(place, end);
+    }
+    for (std::size_t slot = behind; slot < count; ++slot) {
+      makeRoom();
+      const ScopedMode mode(exactMode());
+      if (geoms[slot]) part.addPairsOf(geoms[slot]->aabb, slot, end);
     }
     part.usePairs(use);
     wanted = std::min(most, 2 * (end - begin));
   }
 }
 
+// Leaves an eighth as much to the program, which may need some, too.
 bool hasRoom(Buffer<Pair>& room, std::size_t geoms) try {
-  room.release();
+  Buffer<Pair> left;
+  left.resize(Part::wordsFor(geoms) / 8);
   room.resize(Part::wordsFor(geoms));
   return true;
 } catch (const std::bad_alloc&) {
   return false;
 }
 
-// For half as many geoms as could be had, if that is not all: the program may need some, too.
+// Returns for how many geoms there is room; 0: the stack has more.
 std::size_t makeRoom(Buffer<Pair>& room, std::size_t count) {
   std::size_t geoms = count;
   while (geoms > Part::least_geoms && !hasRoom(room, geoms)) geoms /= 2;
-  if (geoms < count) geoms /= 2;
-  return geoms > Part::least_geoms && hasRoom(room, geoms) ? geoms : 0;
+  return geoms > Part::least_geoms ? geoms : 0;
 }
 
 // Not inline: only what finds no memory at all has it on the stack.

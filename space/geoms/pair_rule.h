@@ -15,12 +15,10 @@ namespace ode_parallel_sap {
 // ODE's own rules.
 
 // Needs exactMode(): flushed denormals would compare as equal.
-inline bool boxesOverlap(const dReal* p, const dReal* q) {
+inline bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
+  const dReal *const p = a->aabb, *const q = b->aabb;
   return p[0] <= q[1] && q[0] <= p[1] && p[2] <= q[3] && q[2] <= p[3] && p[4] <= q[5] &&
          q[4] <= p[5];
-}
-inline bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
-  return boxesOverlap(a->aabb, b->aabb);
 }
 
 inline bool filtersMatch(const dxGeom* a, const dxGeom* b) {
