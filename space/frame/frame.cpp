@@ -140,6 +140,7 @@ const PairList* Pipeline::findPairs(Frame& frame) {
       return &tryFindPairs(frame);
     } catch (const std::bad_alloc&) {
       giveBack(frame.call);
+      frame.plan = decide(frame.call);
       frame.plan.saveMemory();
       const std::size_t moved = frame.stats.moved;
       frame.stats = {};
