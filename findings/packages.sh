@@ -1,4 +1,5 @@
 # Sourced by the scripts beside it, which run a program with pinned Debian 12 packages (amd64) out of a temporary folder.
+# They end with 0 if the program does what was seen, with 1 if it does not, with 2 if there are no packages.
 set -eu
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
@@ -6,8 +7,11 @@ library=$room/usr/lib/$(gcc -print-multiarch)
 
 packages() { # PACKAGE=VERSION...
   printf '%s\n' "$@"
-  (cd "$room" && apt-get -qq -o APT::Sandbox::User=root download "$@")
-  for package in "$room"/*.deb; do dpkg -x "$package" "$room"; done
+  if ! (cd "$room" && apt-get -qq -o APT::Sandbox::User=root download "$@" &&
+    for package in ./*.deb; do dpkg -x "$package" . || exit; done); then
+    echo "these packages could not be had, so nothing was tested" >&2
+    exit 2
+  fi
 }
 
 ode() {

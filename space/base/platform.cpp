@@ -8,6 +8,7 @@
 #include <unistd.h>
 #endif
 #if defined(__linux__)
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #elif defined(__APPLE__)
 #include <crt_externs.h>
@@ -15,7 +16,9 @@
 #endif
 
 #include <chrono>
+#include <cstdio>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <thread>
 
@@ -77,6 +80,19 @@ std::uint64_t freeMemory() {
 #endif
 
 #if defined(__linux__)
+std::uint64_t freeAddressSpace() {
+  rlimit limit;
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+    return std::numeric_limits<std::uint64_t>::max();
+  unsigned long long pages = 0;
+  if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%llu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  const std::uint64_t used = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return limit.rlim_cur > used ? limit.rlim_cur - used : 0;
+}
+
 long threadNumber() {
   return syscall(SYS_gettid);
 }
@@ -87,6 +103,10 @@ void awaitRemoval(long thread) {
     std::this_thread::yield();
 }
 #else
+std::uint64_t freeAddressSpace() {
+  return std::numeric_limits<std::uint64_t>::max();
+}
+
 long threadNumber() {
   return 0;
 }

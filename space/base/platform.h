@@ -24,6 +24,9 @@ namespace ode_parallel_sap {
 // Linux it takes some ten microseconds.
 std::uint64_t freeMemory();
 
+// Bytes that this process may still map by its limit of address space (ulimit -v).
+std::uint64_t freeAddressSpace();
+
 // Calls these functions, each of which may be null, whenever the process forks: before, then in the
 // parent and in the child. Windows has no fork.
 void onFork(void (*before)(), void (*in_parent)(), void (*in_child)());

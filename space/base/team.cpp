@@ -70,6 +70,15 @@ struct Attributes {  // with OpenMP's size of a stack
   ~Attributes() { pthread_attr_destroy(&of_thread); }
 };
 
+// So many threads leave half of the address space to all else. Those that do nothing show only that
+// there is room for stacks.
+std::uint64_t threadsInAddressSpace(const Attributes& attributes) {
+  constexpr std::uint64_t heap = 64 << 20;  // fixed: what glibc keeps free for that of a thread
+  std::size_t stack = 0;
+  pthread_attr_getstacksize(&attributes.of_thread, &stack);
+  return freeAddressSpace() / 2 / (heap + stack);
+}
+
 // How many of the wanted threads can live at the same time beside those that there are.
 int countThreads(int wanted) {
   Probe probes[most_threads];
@@ -245,8 +254,11 @@ class Workers {
       std::atexit([] { get().close(); });
     }
     wanted_.store(wanted);
-    starting_.fetch_add(1);
     Attributes attributes;
+    const std::uint64_t room = threadsInAddressSpace(attributes);
+    if (room == 0) return;
+    most_ = 1 + count_.load() + static_cast<int>(std::min<std::uint64_t>(room, most_threads));
+    starting_.fetch_add(1);
     pthread_attr_setdetachstate(&attributes.of_thread, PTHREAD_CREATE_DETACHED);
     pthread_t thread;
     const auto run = [](void* self) -> void* {
@@ -267,7 +279,7 @@ class Workers {
     const int first = 1 + count_.load();
     // Where OpenMP binds threads, this one has the place of the one that wanted a team.
     const int idle = omp_get_proc_bind() != omp_proc_bind_false;
-    const int size = countThreads(wanted_.load() - first + idle);
+    const int size = countThreads(std::min(wanted_.load(), most_) - first + idle);
     if (size <= idle) return static_cast<void>(starting_.fetch_sub(1));
     starting_.fetch_add(size - 1);
 #pragma omp parallel num_threads(size)
@@ -312,6 +324,7 @@ class Workers {
   std::atomic<int> wanted_{1}, count_{0}, starting_{0};  // threads
   std::atomic<bool> closed_{false};
   std::mutex growing_;
+  int most_ = 1;  // threads, the calling one among them, for which there is address space
 };
 
 }  // namespace

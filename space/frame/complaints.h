@@ -59,7 +59,7 @@ class Complaints {
   }
   void ofNoMemory() {
     if (!std::exchange(no_memory_, true))
-      dMessage(0, "parallel SAP space: out of memory, pairs are tested one by one");
+      dMessage(0, "parallel SAP space: out of memory, pairs are found for some geoms at a time");
   }
   void ofUnreportedEvents() {
     if (!std::exchange(unreported_events_, true))

@@ -133,8 +133,24 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   return endFrame(frame.stats.pairs);
 }
 
-// All stages up to the report. Null where there is no memory for them.
-const PairList* Pipeline::findPairs(Frame& frame) try {
+// All stages up to the report. Where memory ends, they begin anew on one thread, with all of it
+// that was held. Null where it ends again.
+const PairList* Pipeline::findPairs(Frame& frame) {
+  for (const bool last : {false, true}) try {
+      return &tryFindPairs(frame);
+    } catch (const std::bad_alloc&) {
+      giveBack(frame.call);
+      frame.plan = decide(frame.call);
+      frame.plan.saveMemory();
+      const std::size_t moved = frame.stats.moved;
+      frame.stats = {};
+      frame.stats.moved = moved;
+      if (last && events_ && !frame.call.scene.nested) events_->updateUnknown();
+    }
+  return nullptr;
+}
+
+const PairList& Pipeline::tryFindPairs(Frame& frame) {
   const FrameCall& call = frame.call;
   const Plan& plan = frame.plan;
   frame.stats.geoms = call.scene.count;
@@ -156,17 +172,27 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
     found = findAnew(frame);
   }
   const PairList& pairs = select(frame);
+  learn(frame, update.kept ? nullptr : &found);
+  // Memory does not end from here on.
   const bool selected = &pairs != &call.lists.large->candidates;
   updateEvents(frame, pairs, stages_->cache.noteReported(!selected, update));
   frame.clock.pause();
   frame.stats.pairs = pairs.size();
   stages_->cache.endFrame();
-  learn(frame, update.kept ? nullptr : &found);
   noteStats(frame);
-  return &pairs;
-} catch (const std::bad_alloc&) {
-  if (events_ && !frame.call.scene.nested) events_->updateUnknown();
-  return nullptr;
+  return pairs;
+}
+
+// What a frame that finds all pairs fills again; what the frames around it use stays.
+void Pipeline::giveBack(const FrameCall& call) {
+  if (call.lists.large) *call.lists.large = LargeLists();
+  if (!stages_) return;
+  stages_->geom_update = GeomUpdate();
+  stages_->extraction.release();
+  stages_->cache = PairCache();
+  stages_->pair_filter = PairFilter();
+  GeomTree* const tree = call.tree.get();
+  if (tree && !call.scene.nested) tree->release();
 }
 
 // The last frame's pairs, but for those of geoms that changed since. False if they must be found
@@ -330,7 +356,9 @@ void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
   frame.stats = updateWithoutMemory(frame.call.scene);
   frame.stats.moved += moved;
   noteStats(frame);
-  collideWithoutMemory(frame.call.scene, frame.plan.rules, frame.stats, receiver);
+  LargeLists* const lists = frame.call.lists.large.get();
+  collideWithoutMemory(frame.call.scene, frame.plan.rules, lists ? &lists->last_resort : nullptr,
+                       frame.stats, receiver);
 }
 
 void Pipeline::clean(const Scene& scene, const Settings& settings) {

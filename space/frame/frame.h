@@ -30,9 +30,10 @@ struct LargeLists {
   Buffer<Pair> contact_slots;  // of these or the spaces that they are in, if any is in one
   NarrowPhase narrow_phase;
   const Pair* limit = nullptr;  // of reportPairs()
+  Buffer<Pair> last_resort;     // of collideWithoutMemory()
 
   std::size_t bytes() const {
-    return bytesOf(candidates, selected, contact_pairs, contact_slots, narrow_phase);
+    return bytesOf(candidates, selected, contact_pairs, contact_slots, narrow_phase, last_resort);
   }
 };
 
@@ -60,7 +61,7 @@ struct FrameCall {
 // One frame. A callback may leave it in any way, so nothing is left to its destructor.
 struct Frame {
   const FrameCall& call;
-  const Plan plan;
+  Plan plan;  // changes only if memory ends
   dParallelSAPStats stats = {};
   StageClock clock = {};
 };
@@ -168,6 +169,8 @@ class Pipeline {
   inline FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
                                   SpaceObservers* watchers);
   const PairList* findPairs(Frame& frame);
+  const PairList& tryFindPairs(Frame& frame);
+  void giveBack(const FrameCall& call);
   bool renew(Frame& frame, const PairCache::Update& update);
   Found findAnew(Frame& frame);
   void noteUpdate(Frame& frame);

@@ -40,7 +40,7 @@ struct SceneFacts {
   DeviceBackend::Devices devices;
 };
 
-// What a frame is to do: decided once, when it begins, and not changed after.
+// What a frame is to do: decided once, when it begins.
 struct Plan {
   PackRules rules;         // those that the user set
   int threads = 1;         // of all stages up to the report
@@ -51,6 +51,13 @@ struct Plan {
   // Where extraction may run on devices: what was weighed, and how it came out.
   bool weighs_devices = false;
   DeviceChoice::Decision device_decision;
+
+  // The same with the least memory.
+  void saveMemory() {
+    threads = extraction.threads = 1;
+    extraction.devices = 0;
+    fat_pairs = weighs_devices = false;
+  }
 };
 
 // Pairs and their order depend on none of its decisions, which may depend on what frames took.

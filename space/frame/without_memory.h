@@ -1,14 +1,14 @@
-// The last resort where memory ends: all pairs one by one, which takes time but no memory. Sees
-// ODE's private headers.
+// The last resort where memory ends: pairs of some geoms at a time. Sees ODE's private headers.
 #pragma once
 
+#include "space/base/pair_list.h"
 #include "space/frame/statistics.h"
 #include "space/geoms/pack_rules.h"
 #include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
-// Where pairs go that are found one by one.
+// Where pairs go that are reported as they are found.
 struct PairReceiver {
   void* data;
   dNearCallback* callback;
@@ -19,9 +19,11 @@ struct PairReceiver {
 
 // Counts the geoms, and brings them up to date.
 dParallelSAPStats updateWithoutMemory(const Scene& scene);
-// Then reports each pair as soon as it is found, and counts in `stats` meanwhile.
-void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelSAPStats& stats,
-                          const PairReceiver& receiver);
+// Then finds and reports the pairs of as many geoms at a time as the memory suffices for that is to
+// be had now, and counts in `stats` meanwhile. A callback may leave in any way, so `room` is to
+// hold that memory. Null: the stack does, which suffices for few.
+void collideWithoutMemory(const Scene& scene, const PackRules& rules, Buffer<Pair>* room,
+                          dParallelSAPStats& stats, const PairReceiver& receiver);
 // dSpaceCollide2 of the geoms of a space, which are clean, with another one.
 void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,
                         dNearCallback* callback);

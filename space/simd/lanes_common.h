@@ -122,6 +122,7 @@ struct RegisterLanes {
                        std::uint32_t* row) {
     using Floats = Register<float>;
     using Words = Mask<std::uint32_t>;
+    using Slots = typename Register<std::uint32_t>::Type;  // unused places may hold anything
     const Words own_slot = Words{} + static_cast<std::int32_t>(own.slot[lane]);
     alignas(64) std::uint32_t words[16];
     const unsigned hits = allowed(Set::template bits<float>([&](int i) {
@@ -131,9 +132,9 @@ struct RegisterLanes {
                                       own.lower[axis][lane] - load(boxes.upper[axis] + i));
       const typename Floats::Type gap =
           Floats::greatest(Floats::greatest(gaps[0], gaps[1]), gaps[2]);
-      const Words slots = reinterpret_cast<Words>(load(boxes.slot + i));
-      *reinterpret_cast<Words*>(words + i) = slots + slots - reinterpret_cast<Words>(gap == 0);
-      return reinterpret_cast<Words>(gap <= 0) & reinterpret_cast<Words>(slots > own_slot);
+      const Slots slots = load(boxes.slot + i);
+      *reinterpret_cast<Slots*>(words + i) = slots + slots - reinterpret_cast<Slots>(gap == 0);
+      return reinterpret_cast<Words>(gap <= 0) & (reinterpret_cast<Words>(slots) > own_slot);
     }));
     Set::compress(words, hits, row);
     return __builtin_popcount(hits);

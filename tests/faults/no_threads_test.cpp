@@ -74,6 +74,27 @@ TEST_CASE("Where a few threads can be had they do all", "[.][few]") {
   CHECK(messages.all().size() == 1);
 }
 
+TEST_CASE("Where address space is short threads leave the pairs what they need", "[.][space]") {
+  const Space alone, space;
+  World of_one(alone), world(space);
+  for (World* const each : {&of_one, &world}) each->addBoxes(denseCube(100000, seedOr(88)));
+  dParallelSAPSpaceSetNumThreads(alone, 1);
+  dParallelSAPSpaceSetNumThreads(space, 16);
+  const Pairs expected = collide(alone);
+  Pairs pairs;
+  pairs.reserve(expected.size());
+  const Messages messages;
+  const AddressSpaceLimit limit(64 << 20);
+  for (const bool moved : {true, false}) {
+    pairs.clear();
+    dSpaceCollide(space, &pairs, record);
+    CHECK(difference(pairs, expected) == "");
+    CHECK(statsOf(space).kept == (moved ? 0 : pairs.size()));
+  }
+  REQUIRE(messages.all().size() == 1);
+  CHECK(messages.all()[0].find("of 16 threads") != std::string::npos);
+}
+
 TEST_CASE("Calling threads that ask at once share the threads that can be had", "[.][shared]") {
   const ScopedGrain grain(1);
   std::atomic<bool> limited{false};

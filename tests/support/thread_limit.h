@@ -1,10 +1,11 @@
-// A limit of the threads that the process may have.
+// Limits of what the process may have.
 #pragma once
 
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <stdexcept>
 
 namespace sap_test {
@@ -25,6 +26,25 @@ class ThreadLimit {
   ~ThreadLimit() { setrlimit(RLIMIT_NPROC, &before_); }
   ThreadLimit(const ThreadLimit&) = delete;
   ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  rlimit before_;
+};
+
+// At most `more` bytes of address space beyond those that it has, as long as it lives.
+class AddressSpaceLimit {
+ public:
+  explicit AddressSpaceLimit(rlim_t more) {
+    rlim_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    getrlimit(RLIMIT_AS, &before_);
+    const rlimit limit = {pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + more,
+                          before_.rlim_max};
+    if (setrlimit(RLIMIT_AS, &limit) != 0) throw std::runtime_error("setrlimit");
+  }
+  ~AddressSpaceLimit() { setrlimit(RLIMIT_AS, &before_); }
+  AddressSpaceLimit(const AddressSpaceLimit&) = delete;
+  AddressSpaceLimit& operator=(const AddressSpaceLimit&) = delete;
 
  private:
   rlimit before_;
