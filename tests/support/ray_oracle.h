@@ -22,9 +22,10 @@ dParallelSAPRay rayOf(const double (&from)[3], const double (&along)[3], double 
 Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random);
 
 // Of geoms in the order in which they were last added, sub-spaces gone through in their place: all
-// hits of each ray, nearest first. Asks for bounds, so the space goes first.
+// hits of each ray, or the nearest of each geom, the nearest first. Asks for bounds, so the space
+// goes first.
 std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, const Rays& rays,
-                                  int flags);
+                                  int flags, bool nearest = false);
 
 bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b);
 
