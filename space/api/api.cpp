@@ -297,7 +297,9 @@ dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space) {
 int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
   const ParallelSAPSpace& own = checked(space);
   dAASSERT(geom);
-  return own.isFast(geom);
+  const bool is_own = dGeomGetSpace(geom) == space;
+  dUASSERT(is_own, "geom is not in this space");
+  return is_own && own.isFast(geom);
 }
 
 int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags, dContactGeom* contacts,

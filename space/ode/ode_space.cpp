@@ -319,10 +319,6 @@ void ParallelSAPSpace::noteSwept() {
     space->ever_swept_ = true;
 }
 
-bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
-  return geom->parent_space == this && swept_.isFast(Slots::slotOf(geom));
-}
-
 // Sub-spaces of ours come first: their AABBs are those of what is in them. dGeomMoved is not
 // called, since a stock space around this one may be going through its list. So the box of this
 // space is computed here at once, and a space of ours around it reads that box in each frame.

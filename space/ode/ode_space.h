@@ -67,9 +67,8 @@ class ParallelSAPSpace : public dxSpace {
   // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
   void setSweptBounds(dReal step);
   dReal sweptBounds() const { return swept_.step(); }
-  // Whether a geom's motion was a long one for its size when its AABB was made; false for those of
-  // other spaces.
-  bool isFast(const dxGeom* geom) const;
+  // Whether the motion of a geom of it was a long one for its size when its AABB was made.
+  bool isFast(const dxGeom* geom) const { return swept_.isFast(Slots::slotOf(geom)); }
 
   // Which pairs begin and end, if events are on.
   void turnEvents(bool on) { pipeline_.turnEvents(on); }

@@ -370,6 +370,7 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
            message.compare(message.size() - end.size(), end.size(), end) == 0));
   };
   dParallelSAPRay ray = {};
+  namesIt("dParallelSAPSpaceIsFast", [&] { dParallelSAPSpaceIsFast(space, ball); });
   namesIt("dParallelSAPSpaceRays", [&] { dParallelSAPSpaceRays(space, nullptr, 1, 0, &hit); });
   namesIt("dParallelSAPSpaceRays", [&] { dParallelSAPSpaceRays(space, &ray, 1, -1, &hit); });
   namesIt("dParallelSAPSpaceRays", [&] { dParallelSAPSpaceRays(space, &ray, 1, 0, nullptr); });
