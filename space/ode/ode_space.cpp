@@ -54,7 +54,9 @@ class ParallelSAPSpace::Use {
       space.user_.store(self, std::memory_order_relaxed);
   }
   ~Use() {
-    if (alone_) space_.user_.store(std::thread::id(), std::memory_order_release);
+    if (!alone_) return;
+    space_.is_checked_.store(false, std::memory_order_relaxed);
+    space_.user_.store(std::thread::id(), std::memory_order_release);
   }
   Use(const Use&) = delete;
   Use& operator=(const Use&) = delete;
@@ -81,13 +83,15 @@ class ParallelSAPSpace::Use {
     space_.user_.store(std::this_thread::get_id(), std::memory_order_relaxed);
   }
   // Waits while the other thread's query brings geoms up to date, unless that leaves meanwhile.
-  // False where it does neither.
+  // False where it does neither. Reads no geom before that thread has found those that changed
+  // silently.
   bool becomeGuest() {
     constexpr std::chrono::seconds most(1);  // fixed: longer than that takes
     for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < most;
          std::this_thread::yield()) {
       std::thread::id nobody;
-      if (space_.isClean()) return is_guest_ = true;
+      if (space_.is_checked_.load(std::memory_order_acquire) && space_.isClean())
+        return is_guest_ = true;
       if (space_.user_.compare_exchange_strong(nobody, std::this_thread::get_id()))
         return alone_ = true;
     }

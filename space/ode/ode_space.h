@@ -119,10 +119,14 @@ class ParallelSAPSpace : public dxSpace {
   // Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
   // of which spaces around this one are not to know.
   void checkSilent() {
-    silent_.check(*this, slots_.geoms().data());
+    if (!silent_.areClean()) {
+      is_checked_.store(false, std::memory_order_relaxed);
+      silent_.check(*this, slots_.geoms().data());
+    }
     if (ever_swept_) updateSweptBounds();
   }
   // Whether no geom is dirty.
+    is_checked_.store(true, std::memory_order_release);
   bool isClean() const {
     return !needs_clean_.load(std::memory_order_acquire) && silent_.areClean();
   }
@@ -145,6 +149,7 @@ class ParallelSAPSpace : public dxSpace {
   std::atomic<std::thread::id> user_{std::thread::id()};  // the thread that is in the space
   Settings settings_;
   Slots slots_;
+  std::atomic<bool> is_checked_{false};                   // its call has found the silent changes
   dxGeom** tail_ = &first;
   std::atomic<bool> needs_clean_{false};
   int calls_ = 0;  // that run: the last ones within callbacks of the others
