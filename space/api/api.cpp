@@ -187,6 +187,10 @@ size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelSAPProbe* probes, size
   return own.findOverlaps({probes, count, flags & 0xffff ? flags : flags | 1, any, data, callback});
 }
 
+void dParallelSAPSpaceSetQueryFilter(dSpaceID space, dParallelSAPQueryFilter* filter, void* data) {
+  checked(space).setQueryFilter({filter, data});
+}
+
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(every >= 1 || !path, "a trace is written of every n-th collide, n >= 1");

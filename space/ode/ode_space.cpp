@@ -601,7 +601,7 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   }
   const RayWay way = {
       call.isGuest() ? 1 : teamFor(request.count, grains::cast_rays, threadsFor(settings_)),
-      getManualCleanup() != 0, /*trees=*/true, call.isGuest()};
+      getManualCleanup() != 0, /*trees=*/true, call.isGuest(), query_filter_};
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t hits = 0;
@@ -626,8 +626,12 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
     updateAABB(geom);
     if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
   };
-  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_), getManualCleanup() != 0,
-                          call.isGuest(), any_swept.load(std::memory_order_relaxed), prepare};
+  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_),
+                          getManualCleanup() != 0,
+                          call.isGuest(),
+                          any_swept.load(std::memory_order_relaxed),
+                          prepare,
+                          query_filter_};
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;

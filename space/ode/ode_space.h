@@ -70,6 +70,8 @@ class ParallelSAPSpace : public dxSpace {
   // Whether the motion of a geom of it was a long one for its size when its AABB was made.
   bool isFast(const dxGeom* geom) const { return swept_.isFast(Slots::slotOf(geom)); }
 
+  void setQueryFilter(const QueryFilter& filter) { query_filter_ = filter; }
+
   // Which pairs begin and end, if events are on.
   void turnEvents(bool on) { pipeline_.turnEvents(on); }
   bool hasEvents() const { return pipeline_.hasEvents(); }
@@ -124,9 +126,9 @@ class ParallelSAPSpace : public dxSpace {
       silent_.check(*this, slots_.geoms().data());
     }
     if (ever_swept_) updateSweptBounds();
+    is_checked_.store(true, std::memory_order_release);
   }
   // Whether no geom is dirty.
-    is_checked_.store(true, std::memory_order_release);
   bool isClean() const {
     return !needs_clean_.load(std::memory_order_acquire) && silent_.areClean();
   }
@@ -147,9 +149,9 @@ class ParallelSAPSpace : public dxSpace {
   void printTotals() const;
 
   std::atomic<std::thread::id> user_{std::thread::id()};  // the thread that is in the space
+  std::atomic<bool> is_checked_{false};                   // its call has found the silent changes
   Settings settings_;
   Slots slots_;
-  std::atomic<bool> is_checked_{false};                   // its call has found the silent changes
   dxGeom** tail_ = &first;
   std::atomic<bool> needs_clean_{false};
   int calls_ = 0;  // that run: the last ones within callbacks of the others
@@ -160,6 +162,7 @@ class ParallelSAPSpace : public dxSpace {
   SweptBounds swept_;
   bool ever_swept_ = false;  // it, or a space of ours in it
   SharedPart<GeomTree> tree_;
+  QueryFilter query_filter_;
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
   std::size_t last_pairs_ = 0;  // of the last frame

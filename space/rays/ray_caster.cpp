@@ -93,7 +93,8 @@ class RayProbe {
   // find them in no order. Returns their number. A mesh's callbacks may decline the closest hit.
   int collide(dxGeom* geom, dxGeom* shape, ThreadCollider* image) {
     if (nearest_ && shape && shape->type == dTriMeshClass)
-      dGeomRaySetClosestHit(ray_, !runsUserCode(shape));
+      ray_->gflags =
+          (ray_->gflags & ~RAY_CLOSEST_HIT) | (runsUserCode(shape) ? 0 : RAY_CLOSEST_HIT);
     for (constexpr int skip = sizeof(dContactGeom);; asked_ = std::min(8 * asked_, most_contacts)) {
       contacts_.resizeDiscarding(static_cast<std::size_t>(asked_));
       dContactGeom* const found = contacts_.data();
@@ -142,11 +143,12 @@ class Pass {
  public:
   // `tree` is up to date, or null.
   Pass(const GeomTree* tree, const NestedTrees& nested, const Geoms& geoms,
-       const RayRequest& request, RayLists& store)
+       const RayRequest& request, const QueryFilter& filter, RayLists& store)
       : tree_(tree),
         nested_(nested),
         geoms_(geoms),
         request_(request),
+        filter_(filter),
         store_(store),
         most_hits_(request.nearest ? 1 : std::max(1, request.flags & 0xffff)) {}
 
@@ -276,6 +278,10 @@ class Pass {
       meetWithin(flight, static_cast<dxSpace*>(geom), target);
       return;
     }
+    if (filter_.isSet()) {
+      const ScopedMode programs(mode_);
+      if (filter_.rejects(request_.first + flight.ray, geom)) return;
+    }
     if (flight.alone) {
       const ScopedMode programs(mode_);
       if (passesAABBTests(geom, flight.probe.geom())) hit(flight, geom, target);
@@ -331,16 +337,21 @@ class Pass {
   // Appends the nearest hits of a geom, as many as are wanted.
   void collide(const Waiting& pair, RayProbe& probe, ThreadCollider* image,
                Buffer<RayFound>& found) const {
-    dxGeom* const shape = carriedBy(pair.geom);
+    const bool is_carrier = pair.geom->type == dGeomTransformClass;
+    dxGeom* const shape = is_carrier ? carriedBy(pair.geom) : pair.geom;
+    const int count = probe.collide(pair.geom, shape, image);
+    if (count == 0) return;
     const auto* const field = shape && shape->type == dHeightfieldClass
                                   ? static_cast<const dxHeightfield*>(shape)
                                   : nullptr;
     const std::size_t before = found.size(), most = before + most_hits_;
-    const int count = probe.collide(pair.geom, shape, image);
+    found.resize(before + static_cast<std::size_t>(count));
+    RayFound* next = found.begin() + before;
     for (int i = 0; i < count; ++i)
       if (!field || probe.isOnRay(probe.contact(i), field))
-        found.push_back({pair.ray, pair.target, static_cast<std::uint32_t>(i),
-                         hitOf(pair.geom, probe.contact(i))});
+        *next++ = {pair.ray, pair.target, static_cast<std::uint32_t>(i),
+                   hitOf(pair.geom, probe.contact(i))};
+    found.resize(static_cast<std::size_t>(next - found.begin()));
     if (found.size() <= most) return;
     std::nth_element(found.begin() + before, found.begin() + most, found.end(), isNearer);
     found.resize(most);
@@ -350,6 +361,7 @@ class Pass {
   const NestedTrees& nested_;
   const Geoms& geoms_;
   const RayRequest& request_;
+  const QueryFilter& filter_;
   RayLists& store_;
   const std::size_t most_hits_;  // of a ray and a geom
   std::deque<RayProbe> probes_;  // by thread
@@ -395,7 +407,7 @@ std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& reque
   if (request.count == 0) return 0;
   try {
     const auto run = [&](bool by_tree) {
-      Pass(by_tree ? &tree : nullptr, nested, scene.slots, request, lists).run(way);
+      Pass(by_tree ? &tree : nullptr, nested, scene.slots, request, way.filter, lists).run(way);
     };
     if (way.guest) {
       const GeomTree::Reader reader(tree);
@@ -406,15 +418,19 @@ std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& reque
   } catch (const std::bad_alloc&) {
     NestedTrees().swap(nested);
     lists = RayLists();
+    if (!way.trees && way.filter.isSet()) throw;  // perhaps the filter does
     if (!way.trees) return dDebug(0, "parallel SAP space: no memory for the hits of one ray"), 0;
     if (!way.guest) tree.release();
+    RayWay alone = way;
+    alone.threads = 1;
+    alone.trees = false;
     std::size_t hits = 0;
     for (std::size_t ray = 0; ray < request.count; ++ray) {
       RayRequest one = request;
       one.count = 1;
       one.first += ray;
       if (one.nearest) one.nearest += ray;
-      hits += castRays(scene, tree, one, {1, false, false, way.guest}, lists);
+      hits += castRays(scene, tree, one, alone, lists);
       lists = RayLists();
     }
     return hits;

@@ -161,7 +161,7 @@ TEST_CASE("Over heightfields the nearest of all hits counts, and none beside the
         CHECK(nearest[1].geom == stone);
         CHECK(nearest[2].geom == nullptr);
         CHECK(nearest[3].geom == nullptr);
-        CHECK(allHits(space, rays, 0xffff)[4].size() > 100);
+        CHECK(allHits(space, rays, 0xffff)[4].size() > 64);  // more than are asked for at first
       }
   dGeomHeightfieldDataDestroy(data);
 }

@@ -40,16 +40,16 @@ dGeomID carriedBy(dGeomID geom) {
 }
 
 // Of all contacts that dCollide finds, the nearest ones: as many as the flags say.
-void collectHits(dGeomID ray, dGeomID geom, dBodyID ignored, int flags, bool nearest,
-                 RayHits& hits) {
+void collectHits(dGeomID ray, dGeomID geom, int flags, bool nearest,
+                 const std::function<bool(dGeomID)>& passes, RayHits& hits) {
   if (!takesPart(geom) || !mayTouch(geom, ray)) return;
   if (dGeomIsSpace(geom)) {
     const dSpaceID space = reinterpret_cast<dSpaceID>(geom);
     for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
-      collectHits(ray, dSpaceGetGeom(space, i), ignored, flags, nearest, hits);
+      collectHits(ray, dSpaceGetGeom(space, i), flags, nearest, passes, hits);
     return;
   }
-  if (ignored && dGeomGetBody(geom) == ignored) return;
+  if (passes(geom)) return;
   const int shape = dGeomGetClass(carriedBy(geom));
   dGeomRaySetClosestHit(
       ray, (flags & dParallelSAPRayClosestHit) ||
@@ -144,7 +144,7 @@ Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random) {
 }
 
 std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, const Rays& rays,
-                                  int flags, bool nearest) {
+                                  int flags, bool nearest, const Filter& filter) {
   std::vector<RayHits> all;
   const dGeomID ray = dCreateRay(nullptr, 1);
 #pragma GCC diagnostic push
@@ -153,6 +153,9 @@ std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, cons
                     (flags & dParallelSAPRayBackfaceCull) != 0);
 #pragma GCC diagnostic pop
   for (const dParallelSAPRay& asked : rays) {
+    const auto passes = [&, i = all.size()](dGeomID geom) {
+      return (asked.ignore && dGeomGetBody(geom) == asked.ignore) || (filter && !filter(i, geom));
+    };
     all.emplace_back();
     if (!isRay(asked)) continue;
     dGeomRaySet(ray, asked.origin[0], asked.origin[1], asked.origin[2], asked.direction[0],
@@ -163,7 +166,7 @@ std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, cons
     dGeomSetCollideBits(ray, all_bits ? ~0ul : asked.collide_bits);
     if (!takesPart(ray)) continue;
     for (const dGeomID geom : in_add_order)
-      collectHits(ray, geom, asked.ignore, flags, nearest, all.back());
+      collectHits(ray, geom, flags, nearest, passes, all.back());
     std::stable_sort(all.back().begin(), all.back().end(), isNearer);
   }
   dGeomDestroy(ray);
@@ -202,9 +205,10 @@ std::vector<RayHits> allHits(dSpaceID space, const Rays& rays, int flags) {
   return told.hits;
 }
 
-OwedRays owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags) {
-  return {expectedHits(in_add_order, rays, flags & ~dParallelSAPRayClosestHit, true),
-          expectedHits(in_add_order, rays, flags, false)};
+OwedRays owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags,
+                  const Filter& filter) {
+  return {expectedHits(in_add_order, rays, flags & ~dParallelSAPRayClosestHit, true, filter),
+          expectedHits(in_add_order, rays, flags, false, filter)};
 }
 
 std::string wrongRays(dSpaceID space, const std::vector<dGeomID>& in_add_order, const Rays& rays,

@@ -261,6 +261,17 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelS
                                                       void* data,
                                                       dParallelSAPOverlapCallback* callback);
 
+/* Whether a query, rays[query] or probes[query], may meet a geom; 0: it passes the geom. IT IS
+ * CALLED FROM MANY THREADS AT ONCE, in no order, under the rules of flags callbacks. */
+typedef int dParallelSAPQueryFilter(void* data, size_t query, dGeomID geom);
+/* Rays, RayHits and Overlaps call the filter, before dCollide, for the geoms whose AABB overlaps
+ * the query's: those of sub-spaces too, but no space. They may call it again for the same geom.
+ * Filters of sub-spaces have no effect. Default: 0, none. Not while other threads query the space.
+ * If the filter throws, one exception leaves the query's call, without any report. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetQueryFilter(dSpaceID space,
+                                                          dParallelSAPQueryFilter* filter,
+                                                          void* data);
+
 /* Nonzero: the space compares each collide, except dSpaceCollide2, with the one before: which pairs
  * began, which ended, and a number for each pair. Default: 0. The first collide begins all
  * its pairs. A geom that is removed and added again ends its pairs and begins them. Events are
