@@ -201,6 +201,10 @@ size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelSAPProbe* probes, size
   return own.findOverlaps({probes, count, flags & 0xffff ? flags : flags | 1, any, data, callback});
 }
 
+void dParallelSAPSpaceSetQueryFilter(dSpaceID space, dParallelSAPQueryFilter* filter, void* data) {
+  checked(space).setQueryFilter({filter, data});
+}
+
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(every >= 1 || !path, "a trace is written of every n-th collide, n >= 1");
@@ -311,7 +315,9 @@ dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space) {
 int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
   const ParallelSAPSpace& own = checked(space);
   dAASSERT(geom);
-  return own.isFast(geom);
+  const bool is_own = dGeomGetSpace(geom) == space;
+  dUASSERT(is_own, "geom is not in this space");
+  return is_own && own.isFast(geom);
 }
 
 int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags, dContactGeom* contacts,

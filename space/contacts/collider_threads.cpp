@@ -16,26 +16,11 @@ bool meshesShareACache() {
   return share;
 }
 
-// A mesh's own callbacks are the user's code, and its temporal coherence is a list in the mesh to
-// which each collision adds.
-bool runsUserCode(dxGeom* mesh) {
-  return dGeomTriMeshGetCallback(mesh) || dGeomTriMeshGetArrayCallback(mesh) ||
-         dGeomTriMeshGetRayCallback(mesh) || dGeomTriMeshGetTriMergeCallback(mesh);
-}
-
+// To which each collision adds.
 bool remembersCollisions(dxGeom* mesh) {
   return dGeomTriMeshIsTCEnabled(mesh, dSphereClass) || dGeomTriMeshIsTCEnabled(mesh, dBoxClass) ||
          dGeomTriMeshIsTCEnabled(mesh, dCapsuleClass);
 }
-
-// A geom transform hands the geom that it carries to that one's collider.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-dxGeom* carriedBy(dxGeom* geom) {
-  while (geom && geom->type == dGeomTransformClass) geom = dGeomTransformGetGeom(geom);
-  return geom;
-}
-#pragma GCC diagnostic pop
 
 bool needsTurn(dxGeom* a, dxGeom* b) {
   bool any = false;
@@ -95,6 +80,19 @@ Shape shapeOf(dxGeom* geom) {
 }
 
 }  // namespace
+
+bool runsUserCode(dxGeom* mesh) {
+  return dGeomTriMeshGetCallback(mesh) || dGeomTriMeshGetArrayCallback(mesh) ||
+         dGeomTriMeshGetRayCallback(mesh) || dGeomTriMeshGetTriMergeCallback(mesh);
+}
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+dxGeom* carriedBy(dxGeom* geom) {
+  while (geom && geom->type == dGeomTransformClass) geom = dGeomTransformGetGeom(geom);
+  return geom;
+}
+#pragma GCC diagnostic pop
 
 ColliderUse colliderUse(dxGeom* a, dxGeom* b) {
   const Shape p = shapeOf(a), q = shapeOf(b);

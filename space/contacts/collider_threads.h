@@ -20,6 +20,11 @@ enum class ColliderUse {
 // How dCollide (a, b) may be called; neither is a space. Only reads the geoms.
 ColliderUse colliderUse(dxGeom* a, dxGeom* b);
 
+// Whether colliders of a mesh call the program back.
+bool runsUserCode(dxGeom* mesh);
+// A geom itself, or what a geom transform hands to that one's collider: null if it carries none.
+dxGeom* carriedBy(dxGeom* geom);
+
 // The program's dCollide. The preload library, which stands in front of it, sets this to the
 // function behind itself before it makes a space.
 inline std::atomic<decltype(&dCollide)> ode_collide{&dCollide};

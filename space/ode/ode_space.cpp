@@ -76,7 +76,9 @@ class ParallelSAPSpace::Use {
       space.user_.store(self, std::memory_order_relaxed);
   }
   ~Use() {
-    if (alone_) space_.user_.store(std::thread::id(), std::memory_order_release);
+    if (!alone_) return;
+    space_.is_checked_.store(false, std::memory_order_relaxed);
+    space_.user_.store(std::thread::id(), std::memory_order_release);
   }
   Use(const Use&) = delete;
   Use& operator=(const Use&) = delete;
@@ -103,13 +105,15 @@ class ParallelSAPSpace::Use {
     space_.user_.store(std::this_thread::get_id(), std::memory_order_relaxed);
   }
   // Waits while the other thread's query brings geoms up to date, unless that leaves meanwhile.
-  // False where it does neither.
+  // False where it does neither. Reads no geom before that thread has found those that changed
+  // silently.
   bool becomeGuest() {
     constexpr std::chrono::seconds most(1);  // fixed: longer than that takes
     for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < most;
          std::this_thread::yield()) {
       std::thread::id nobody;
-      if (space_.isClean()) return is_guest_ = true;
+      if (space_.is_checked_.load(std::memory_order_acquire) && space_.isClean())
+        return is_guest_ = true;
       if (space_.user_.compare_exchange_strong(nobody, std::this_thread::get_id()))
         return alone_ = true;
     }
@@ -366,10 +370,6 @@ void ParallelSAPSpace::noteSwept() {
   for (ParallelSAPSpace* space = this; space && !space->ever_swept_;
        space = parallelSAPSpace(space->parent_space))
     space->ever_swept_ = true;
-}
-
-bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
-  return geom->parent_space == this && swept_.isFast(Slots::slotOf(geom));
 }
 
 // Sub-spaces of ours come first: their AABBs are those of what is in them. dGeomMoved is not
@@ -653,7 +653,7 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   }
   const RayWay way = {
       call.isGuest() ? 1 : teamFor(request.count, grains::cast_rays, threadsFor(settings_)),
-      getManualCleanup() != 0, /*trees=*/true, call.isGuest()};
+      getManualCleanup() != 0, /*trees=*/true, call.isGuest(), query_filter_};
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t hits = 0;
@@ -678,8 +678,12 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
     updateAABB(geom);
     if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
   };
-  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_), getManualCleanup() != 0,
-                          call.isGuest(), any_swept.load(std::memory_order_relaxed), prepare};
+  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_),
+                          getManualCleanup() != 0,
+                          call.isGuest(),
+                          any_swept.load(std::memory_order_relaxed),
+                          prepare,
+                          query_filter_};
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;

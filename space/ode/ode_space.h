@@ -67,9 +67,10 @@ class ParallelSAPSpace : public dxSpace {
   // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
   void setSweptBounds(dReal step);
   dReal sweptBounds() const { return swept_.step(); }
-  // Whether a geom's motion was a long one for its size when its AABB was made; false for those of
-  // other spaces.
-  bool isFast(const dxGeom* geom) const;
+  // Whether the motion of a geom of it was a long one for its size when its AABB was made.
+  bool isFast(const dxGeom* geom) const { return swept_.isFast(Slots::slotOf(geom)); }
+
+  void setQueryFilter(const QueryFilter& filter) { query_filter_ = filter; }
 
   // Which pairs begin and end, if events are on.
   void turnEvents(bool on) { pipeline_.turnEvents(on); }
@@ -120,8 +121,12 @@ class ParallelSAPSpace : public dxSpace {
   // Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
   // of which spaces around this one are not to know.
   void checkSilent() {
-    silent_.check(*this, slots_.geoms().data());
+    if (!silent_.areClean()) {
+      is_checked_.store(false, std::memory_order_relaxed);
+      silent_.check(*this, slots_.geoms().data());
+    }
     if (ever_swept_) updateSweptBounds();
+    is_checked_.store(true, std::memory_order_release);
   }
   // Whether no geom is dirty.
   bool isClean() const {
@@ -146,6 +151,7 @@ class ParallelSAPSpace : public dxSpace {
   static void printAtExit();
 
   std::atomic<std::thread::id> user_{std::thread::id()};  // the thread that is in the space
+  std::atomic<bool> is_checked_{false};                   // its call has found the silent changes
   Settings settings_;
   Slots slots_;
   dxGeom** tail_ = &first;
@@ -158,6 +164,7 @@ class ParallelSAPSpace : public dxSpace {
   SweptBounds swept_;
   bool ever_swept_ = false;  // it, or a space of ours in it
   SharedPart<GeomTree> tree_;
+  QueryFilter query_filter_;
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
   std::size_t last_pairs_ = 0;  // of the last frame

@@ -116,7 +116,7 @@ void SilentGeoms::list(dxGeom* const* geoms) {
   listed_ = within_listed_ = true;
 }
 
-void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
+void SilentGeoms::check(dxSpace& space, dxGeom* const* geoms) {
   bool any = false, listed = false;
   try {
     if (!isListed()) list(geoms);

@@ -52,10 +52,8 @@ class SilentGeoms {
   // Has dirty() of `space`, whose geoms these are, called for each of them that is dirty or holds a
   // mesh that was made dirty silently, and makes the spaces that hold it dirty. Calls it for those
   // that it has been called for already, too, until they are clean.
-  void check(dxSpace& space, dxGeom* const* geoms) {
-    if (!areClean()) checkAll(space, geoms);
-  }
-  // Whether check() would do nothing.
+  void check(dxSpace& space, dxGeom* const* geoms);
+  // Whether check() would find none.
   bool areClean() const { return listed_ && (!lists_ || !anyDirty()); }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
@@ -99,7 +97,6 @@ class SilentGeoms {
   // Stock spaces that are dirty change without a word.
   bool isListed() const { return listed_ && !(lists_ && lists_->any_stock); }
   bool anyDirty() const;
-  void checkAll(dxSpace& space, dxGeom* const* geoms);
   void list(dxGeom* const* geoms);
   void listMeshes(dxSpace* space, Slot slot);
 

@@ -1,6 +1,8 @@
 // Which geoms of a space another geom's AABB overlaps: dSpaceCollide2. Sees ODE's private headers.
 #pragma once
 
+#include <ode_parallel_sap/parallel_sap_space.h>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -10,6 +12,16 @@
 #include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
+
+// The program's own word on which geoms, none of them spaces, the queries of a batch may meet.
+struct QueryFilter {
+  dParallelSAPQueryFilter* function = nullptr;
+  void* data = nullptr;
+
+  bool isSet() const { return function; }
+  // In the program's mode.
+  bool rejects(std::size_t query, dxGeom* geom) const { return function(data, query, geom) == 0; }
+};
 
 // What a query found, in storage that is kept between queries, so that none of them allocates.
 struct QueryLists {

@@ -64,7 +64,7 @@ struct Pass {
       const ScopedMode exact(exactMode());
       findHits(tree, scene.slots, probe.geom, rules, share.query);
       for (dxGeom* const geom : share.query.hits)
-        if (!add(probe, geom, Slots::slotOf(geom), alone, share)) block.thread = nobody;
+        if (!add(i, geom, Slots::slotOf(geom), alone, share)) block.thread = nobody;
     }
     if (block.thread == nobody) return share.resize(block.first);
     if (request.any) probe.touched = collideAny(block.first, alone, share);
@@ -80,8 +80,13 @@ struct Pass {
 
   // As a near callback would that calls dSpaceCollide2 of the probe and a sub-space. False where
   // that is left to the calling thread.
-  bool add(const dParallelSAPProbe& probe, dxGeom* geom, Slot slot, bool alone, Share& share) {
+  bool add(std::size_t i, dxGeom* geom, Slot slot, bool alone, Share& share) {
+    const dParallelSAPProbe& probe = request.probes[i];
     if (probe.ignore && geom->body == probe.ignore) return true;
+    if (way.filter.isSet() && !IS_SPACE(geom)) {
+      const ScopedMode programs(programs_mode);
+      if (way.filter.rejects(request.first + i, geom)) return true;
+    }
     if (hasAABBTest(geom) || hasAABBTest(probe.geom)) {
       if (!alone) return false;
       const ScopedMode programs(programs_mode);
@@ -94,19 +99,19 @@ struct Pass {
     }
     bool all = true;
     if (const NestedTree* const own = nestedAt(nested, slot))
-      return addNested(probe, *own, alone, share);
+      return addNested(i, *own, alone, share);
     for (dxGeom* own = static_cast<dxSpace*>(geom)->first; own && all; own = own->next)
       if (boxesOverlap(own, probe.geom) && isEnabled(own) && filtersMatch(own, probe.geom))
-        all = add(probe, own, slot, alone, share);
+        all = add(i, own, slot, alone, share);
     return all;
   }
 
-  __attribute__((noinline)) bool addNested(const dParallelSAPProbe& probe, const NestedTree& own,
-                                           bool alone, Share& share) {
+  __attribute__((noinline)) bool addNested(std::size_t i, const NestedTree& own, bool alone,
+                                           Share& share) {
     bool all = true;
-    findHits(&own.tree, own.geoms, probe.geom, PackRules(), share.nested);
-    for (std::size_t i = 0; i < share.nested.hits.size() && all; ++i)
-      all = add(probe, share.nested.hits[i], own.slot, alone, share);
+    findHits(&own.tree, own.geoms, request.probes[i].geom, PackRules(), share.nested);
+    for (std::size_t hit = 0; hit < share.nested.hits.size() && all; ++hit)
+      all = add(i, share.nested.hits[hit], own.slot, alone, share);
     return all;
   }
 
@@ -189,6 +194,7 @@ std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& ru
   } catch (const std::bad_alloc&) {
     NestedTrees().swap(nested);
     lists = OverlapLists();
+    if (!way.trees && way.filter.isSet()) throw;  // perhaps the filter does
     if (!way.trees)
       return dDebug(0, "parallel SAP space: no memory for the overlaps of one probe"), 0;
     if (!way.guest) tree.release();

@@ -60,7 +60,8 @@ struct OverlapWay {
   bool guest;
   bool swept;                            // probes in spaces may have swept bounds
   std::function<void(dxGeom*)> prepare;  // a probe's AABB, on the calling thread
-  bool trees = true;                     // where they pay
+  QueryFilter filter;
+  bool trees = true;  // where they pay
 };
 
 // Finds the geoms that each probe's AABB overlaps, on all threads, collides these pairs by the

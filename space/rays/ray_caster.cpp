@@ -52,14 +52,13 @@ dParallelSAPRayHit hitOf(dGeomID geom, const dContactGeom& contact) {
 // A ray of ODE's that a thread casts one ray after the other with.
 class RayProbe {
  public:
-  // As the flags of dParallelSAPSpaceRays. To be made and destroyed by the calling thread.
-  explicit RayProbe(int flags)
-      : most_contacts_(flags & most_contacts_mask), ray_(dCreateRay(nullptr, 1)) {
-    if (most_contacts_ == 0) most_contacts_ = 1;
+  // As the flags of dParallelSAPSpaceRays, if of each geom only the nearest hit counts. To be made
+  // and destroyed by the calling thread.
+  RayProbe(int flags, bool nearest) : nearest_(nearest), ray_(dCreateRay(nullptr, 1)) {
     // Forks of ODE have other functions for these.
     if (flags & dParallelSAPRayFirstContact) ray_->gflags |= RAY_FIRSTCONTACT;
     if (flags & dParallelSAPRayBackfaceCull) ray_->gflags |= RAY_BACKFACECULL;
-    if (flags & dParallelSAPRayClosestHit) ray_->gflags |= RAY_CLOSEST_HIT;
+    if ((flags & dParallelSAPRayClosestHit) || nearest) ray_->gflags |= RAY_CLOSEST_HIT;
   }
   ~RayProbe() { dGeomDestroy(ray_); }
   RayProbe(const RayProbe&) = delete;
@@ -90,18 +89,38 @@ class RayProbe {
     for (int axis = 0; axis < 3; ++axis) direction[axis] = ray_->final_posr->R[4 * axis + 2];
   }
 
-  // dCollide of the ray and a geom: the number of contacts.
-  int collide(dxGeom* geom, ThreadCollider* image) {
-    constexpr int skip = sizeof(dContactGeom);
-    contacts_.resizeDiscarding(static_cast<std::size_t>(most_contacts_));
-    dContactGeom* const found = contacts_.data();
-    return image ? image->collide(ray_, geom, most_contacts_, found, skip)
-                 : collideInTurn(ray_, geom, most_contacts_, found, skip);
+  // dCollide of the ray and a geom that is or carries `shape`: all contacts, since colliders may
+  // find them in no order. Returns their number. A mesh's callbacks may decline the closest hit.
+  int collide(dxGeom* geom, dxGeom* shape, ThreadCollider* image) {
+    if (nearest_ && shape && shape->type == dTriMeshClass)
+      ray_->gflags =
+          (ray_->gflags & ~RAY_CLOSEST_HIT) | (runsUserCode(shape) ? 0 : RAY_CLOSEST_HIT);
+    for (constexpr int skip = sizeof(dContactGeom);; asked_ = std::min(8 * asked_, most_contacts)) {
+      contacts_.resizeDiscarding(static_cast<std::size_t>(asked_));
+      dContactGeom* const found = contacts_.data();
+      const int count = image ? image->collide(ray_, geom, asked_, found, skip)
+                              : collideInTurn(ray_, geom, asked_, found, skip);
+      if (count < asked_ || asked_ == most_contacts) return count;
+    }
   }
   const dContactGeom& contact(int i) const { return contacts_[static_cast<std::size_t>(i)]; }
 
+  // Whether a contact is the distance along the ray that it says, but for rounding. Of a ray below
+  // all ground near it ODE's collider of heightfields makes one above its origin.
+  bool isOnRay(const dContactGeom& contact, const dxHeightfield* field) const {
+    const dxHeightfieldData& data = *field->m_p_data;
+    dReal off = 0, size = std::fabs(contact.depth) + data.m_fWidth + data.m_fDepth;
+    for (int axis = 0; axis < 3; ++axis) {
+      const dReal from = origin()[axis], along = ray_->final_posr->R[4 * axis + 2];
+      off = std::max(off, std::fabs(contact.pos[axis] - (from + contact.depth * along)));
+      size += std::fabs(from);
+      if (field->final_posr) size += std::fabs(field->final_posr->pos[axis]);
+    }
+    return !(off > std::sqrt(std::numeric_limits<dReal>::epsilon()) * size);
+  }
+
  private:
-  static constexpr int most_contacts_mask = 0xffff;  // as of dCollide
+  static constexpr int most_contacts = 0xffff;  // of dCollide
 
   static bool isRay(const dParallelSAPRay& ray) {
     bool finite = true, directed = false;
@@ -112,7 +131,8 @@ class RayProbe {
     return finite && directed && ray.length >= 0;
   }
 
-  int most_contacts_;
+  const bool nearest_;
+  int asked_ = 64;  // fixed: more than almost any geom has
   dxGeom* const ray_;
   dBodyID ignored_ = nullptr;
   Buffer<dContactGeom> contacts_;
@@ -123,15 +143,19 @@ class Pass {
  public:
   // `tree` is up to date, or null.
   Pass(const GeomTree* tree, const NestedTrees& nested, const Geoms& geoms,
-       const RayRequest& request, RayLists& store)
-      : tree_(tree), nested_(nested), geoms_(geoms), request_(request), store_(store) {}
+       const RayRequest& request, const QueryFilter& filter, RayLists& store)
+      : tree_(tree),
+        nested_(nested),
+        geoms_(geoms),
+        request_(request),
+        filter_(filter),
+        store_(store),
+        most_hits_(request.nearest ? 1 : std::max(1, request.flags & 0xffff)) {}
 
   // Nothing after it needs memory.
   void run(const RayWay& way) {
     const std::size_t team = static_cast<std::size_t>(way.threads);
-    // The nearest of a mesh's triangles is what ODE looks for only then.
-    const int flags = request_.flags | (request_.nearest ? dParallelSAPRayClosestHit : 0);
-    while (probes_.size() < team) probes_.emplace_back(flags);
+    while (probes_.size() < team) probes_.emplace_back(request_.flags, request_.nearest);
     if (store_.shares.size() < team) store_.shares.resize(team);
     for (Share& share : store_.shares) share.clear();
     store_.blocks.resizeDiscarding(request_.count);
@@ -254,6 +278,10 @@ class Pass {
       meetWithin(flight, static_cast<dxSpace*>(geom), target);
       return;
     }
+    if (filter_.isSet()) {
+      const ScopedMode programs(mode_);
+      if (filter_.rejects(request_.first + flight.ray, geom)) return;
+    }
     if (flight.alone) {
       const ScopedMode programs(mode_);
       if (passesAABBTests(geom, flight.probe.geom())) hit(flight, geom, target);
@@ -290,36 +318,52 @@ class Pass {
 
   void hit(Flight& flight, dxGeom* geom, RayTarget target) const {
     Buffer<RayFound>& all = flight.share.found;
-    collide({flight.ray, target, geom, false}, flight.probe, nullptr, [&](const RayFound& found) {
-      if (!request_.nearest || all.size() == flight.first_found)
-        all.push_back(found);
-      else if (isNearer(found, all[flight.first_found]))
-        all[flight.first_found] = found;
-      if (request_.nearest && found.hit.distance < flight.reach) flight.reach = found.hit.distance;
-    });
+    const std::size_t before = all.size(), first = flight.first_found;
+    collide({flight.ray, target, geom, false}, flight.probe, nullptr, all);
+    if (!request_.nearest || all.size() == before) return;
+    flight.reach = std::min(flight.reach, all[before].hit.distance);
+    if (before == first) return;
+    if (isNearer(all[before], all[first])) all[first] = all[before];
+    all.resize(before);
   }
 
   void collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
     RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
     probe.aim(request_.ray(waiting.ray));
     Buffer<RayFound>& late = shareOf(thread).late;
-    if (image || passesAABBTests(waiting.geom, probe.geom()))
-      collide(waiting, probe, image, [&](const RayFound& found) { late.push_back(found); });
+    if (image || passesAABBTests(waiting.geom, probe.geom())) collide(waiting, probe, image, late);
   }
 
-  template <class Take>
-  static void collide(const Waiting& pair, RayProbe& probe, ThreadCollider* image, Take take) {
-    const int count = probe.collide(pair.geom, image);
+  // Appends the nearest hits of a geom, as many as are wanted.
+  void collide(const Waiting& pair, RayProbe& probe, ThreadCollider* image,
+               Buffer<RayFound>& found) const {
+    const bool is_carrier = pair.geom->type == dGeomTransformClass;
+    dxGeom* const shape = is_carrier ? carriedBy(pair.geom) : pair.geom;
+    const int count = probe.collide(pair.geom, shape, image);
+    if (count == 0) return;
+    const auto* const field = shape && shape->type == dHeightfieldClass
+                                  ? static_cast<const dxHeightfield*>(shape)
+                                  : nullptr;
+    const std::size_t before = found.size(), most = before + most_hits_;
+    found.resize(before + static_cast<std::size_t>(count));
+    RayFound* next = found.begin() + before;
     for (int i = 0; i < count; ++i)
-      take(RayFound{pair.ray, pair.target, static_cast<std::uint32_t>(i),
-                    hitOf(pair.geom, probe.contact(i))});
+      if (!field || probe.isOnRay(probe.contact(i), field))
+        *next++ = {pair.ray, pair.target, static_cast<std::uint32_t>(i),
+                   hitOf(pair.geom, probe.contact(i))};
+    found.resize(static_cast<std::size_t>(next - found.begin()));
+    if (found.size() <= most) return;
+    std::nth_element(found.begin() + before, found.begin() + most, found.end(), isNearer);
+    found.resize(most);
   }
 
   const GeomTree* const tree_;
   const NestedTrees& nested_;
   const Geoms& geoms_;
   const RayRequest& request_;
+  const QueryFilter& filter_;
   RayLists& store_;
+  const std::size_t most_hits_;  // of a ray and a geom
   std::deque<RayProbe> probes_;  // by thread
   const FloatingPointMode mode_ = currentMode();
 };
@@ -363,7 +407,7 @@ std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& reque
   if (request.count == 0) return 0;
   try {
     const auto run = [&](bool by_tree) {
-      Pass(by_tree ? &tree : nullptr, nested, scene.slots, request, lists).run(way);
+      Pass(by_tree ? &tree : nullptr, nested, scene.slots, request, way.filter, lists).run(way);
     };
     if (way.guest) {
       const GeomTree::Reader reader(tree);
@@ -374,15 +418,19 @@ std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& reque
   } catch (const std::bad_alloc&) {
     NestedTrees().swap(nested);
     lists = RayLists();
+    if (!way.trees && way.filter.isSet()) throw;  // perhaps the filter does
     if (!way.trees) return dDebug(0, "parallel SAP space: no memory for the hits of one ray"), 0;
     if (!way.guest) tree.release();
+    RayWay alone = way;
+    alone.threads = 1;
+    alone.trees = false;
     std::size_t hits = 0;
     for (std::size_t ray = 0; ray < request.count; ++ray) {
       RayRequest one = request;
       one.count = 1;
       one.first += ray;
       if (one.nearest) one.nearest += ray;
-      hits += castRays(scene, tree, one, {1, false, false, way.guest}, lists);
+      hits += castRays(scene, tree, one, alone, lists);
       lists = RayLists();
     }
     return hits;

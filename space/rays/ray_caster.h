@@ -12,7 +12,7 @@
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/geoms/scene.h"
-#include "space/queries/geom_tree.h"
+#include "space/queries/geom_queries.h"
 
 namespace ode_parallel_sap {
 
@@ -90,6 +90,7 @@ struct RayWay {
   bool manual_cleanup;  // the threads leave no data in ODE
   bool trees = true;    // where they pay
   bool guest = false;   // it changes nothing but its lists
+  QueryFilter filter = {};
 };
 
 // Casts the rays and reports what they hit; where there is no memory for it, one by one. All AABBs

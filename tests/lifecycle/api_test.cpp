@@ -347,6 +347,7 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
       CALL(dParallelSAPSpaceRays, (wrong, nullptr, 0, 0, &hit)),
       CALL(dParallelSAPSpaceRayHits, (wrong, nullptr, 0, 0, nullptr, nullptr)),
       CALL(dParallelSAPSpaceOverlaps, (wrong, nullptr, 0, 0, 0, nullptr, nullptr)),
+      CALL(dParallelSAPSpaceSetQueryFilter, (wrong, nullptr, nullptr)),
       CALL(dParallelSAPSpaceGetBegunPairs, (wrong, &events)),
       CALL(dParallelSAPSpaceGetEndedPairs, (wrong, &events)),
       CALL(dParallelSAPSpaceGetPairNumbers, (wrong, &numbers)),
@@ -383,6 +384,7 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
     CHECK((message.size() > end.size() &&
            message.compare(message.size() - end.size(), end.size(), end) == 0));
   };
+  namesIt("dParallelSAPSpaceIsFast", [&] { dParallelSAPSpaceIsFast(space, ball); });
   dParallelSAPRay ray = {};
   namesIt("dParallelSAPSpaceRays", [&] { dParallelSAPSpaceRays(space, nullptr, 1, 0, &hit); });
   namesIt("dParallelSAPSpaceRays", [&] { dParallelSAPSpaceRays(space, &ray, 1, -1, &hit); });

@@ -173,6 +173,59 @@ TEST_CASE("Many threads may ask a space with a large one in it, and that one", "
   }
 }
 
+TEST_CASE("All of many threads find a mesh that changed silently before they asked", "[guests]") {
+  // The same tetrahedron here and there.
+  static float vertices[2][4][3] = {{{-1, -1, -1}, {1, -1, -1}, {0, 1, -1}, {0, 0, 1}}};
+  static dTriIndex faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  for (int i = 0; i < 4; ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      vertices[1][i][axis] = vertices[0][i][axis] + (axis == 0 ? 50 : 0);
+  dTriMeshDataID data[2];
+  for (int at = 0; at < 2; ++at) {
+    data[at] = dGeomTriMeshDataCreate();
+    dGeomTriMeshDataBuildSingle(data[at], vertices[at], sizeof vertices[at][0], 4, faces, 12,
+                                sizeof faces[0]);
+  }
+  for (dSpaceID (*const make)(dSpaceID) : {dSimpleSpaceCreate, dParallelSAPSpaceCreate}) {
+    const Space space;
+    const dSpaceID within = make(space);
+    std::vector<dGeomID> meshes;
+    for (int i = 0; i < 150; ++i) {
+      meshes.push_back(
+          dCreateTriMesh(i % 2 ? within : dSpaceID(space), data[0], nullptr, nullptr, nullptr));
+      dGeomSetPosition(meshes.back(), 0, static_cast<dReal>(4 * i), 0);
+    }
+    for (int round = 0; round < scaled(60); ++round) {
+      collide(space);
+      const std::size_t changed = static_cast<std::size_t>(round) % meshes.size();
+      const dReal x = round % 2 ? 0 : 50, y = static_cast<dReal>(4 * changed);
+      dGeomTriMeshSetData(meshes[changed], data[x > 0]);
+      if (round % 3 == 0) {  // something is announced, too
+        dSpaceRemove(within, meshes.back());
+        dSpaceAdd(within, meshes.back());
+      }
+      constexpr int kThreads = 6;
+      std::size_t found[kThreads] = {};
+      together(kThreads, [&](int i) {
+        const dGeomID ball = dCreateSphere(nullptr, dReal(0.5));
+        dGeomSetPosition(ball, x, y, 1);
+        const dParallelSAPRay ray = {{x, y, 5, 0}, {0, 0, -1, 0}, 10, 0, 0, nullptr};
+        dParallelSAPRayHit hit;
+        dParallelSAPProbe probe = {ball, nullptr, 0};
+        found[i] = i % 3 == 0   ? dParallelSAPSpaceRays(space, &ray, 1, 0, &hit)
+                   : i % 3 == 1 ? dParallelSAPSpaceOverlaps(space, &probe, 1, sizeof probe, 0,
+                                                            nullptr, nullptr)
+                                : !collide2(space, ball).empty();
+        dGeomDestroy(ball);
+      });
+      CAPTURE(round);
+      for (const std::size_t each : found) REQUIRE(each == 1);
+      dGeomTriMeshSetData(meshes[changed], data[0]);
+    }
+  }
+  for (const dTriMeshDataID each : data) dGeomTriMeshDataDestroy(each);
+}
+
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
   const std::uint64_t seed = seedOr(911);
   const Space space;

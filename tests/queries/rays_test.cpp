@@ -107,6 +107,65 @@ TEST_CASE("Meshes, heightfields and users' classes are hit alike by any number o
   }
 }
 
+TEST_CASE("Over heightfields the nearest of all hits counts, and none beside the ray", "[rays]") {
+  const std::uint64_t seed = seedOr(413);
+  constexpr int kSamples = 161;
+  static double heights[kSamples * 2];  // ridges: a ray along them has more hits than most geoms
+  for (int i = 0; i < 2 * kSamples; ++i) heights[i] = i % kSamples % 2 ? 1 : 0.2 * (i % 7);
+  const dHeightfieldDataID data = dGeomHeightfieldDataCreate();
+  const auto carried = [](dSpaceID space, dGeomID geom) {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+    const dGeomID transform = dCreateGeomTransform(space);
+    dGeomTransformSetGeom(transform, geom);
+    dGeomTransformSetCleanup(transform, 1);
+    return transform;
+#pragma GCC diagnostic pop
+  };
+  for (const bool endless : {false, true})
+    for (const bool placed : {false, true})
+      for (const bool transformed : {false, true}) {
+        if (transformed && !placed) continue;
+        dGeomHeightfieldDataBuildDouble(data, heights, 0, 7, 1, kSamples, 2, 1, 0, 1, endless);
+        const Space space;
+        World world(space);
+        dGeomID field = dCreateHeightfield(transformed ? nullptr : dSpaceID(space), data, placed);
+        if (transformed) field = carried(space, field);
+        world.take(field);
+        if (placed) dGeomSetPosition(field, dReal(0.3), dReal(0.1), dReal(-0.2));
+        // In the ground, where ODE finds a contact of rays that meet nothing.
+        const dGeomID stone = world.take(dCreateSphere(space, dReal(0.1)));
+        dGeomSetPosition(stone, 1, -1, 0);
+        Random random(seed);
+        Rays rays = {rayOf({-3, -1, 0}, {1, 0, 0}, 6), rayOf({1, -3, 0}, {0, 1, 0}, 2.9),
+                     rayOf({-3, -2, 0}, {1, 0, 0}, 6), rayOf({1, -0.5, 0}, {0.1, -1, 0}, 0.3),
+                     rayOf({-3.5, 0.7, 0.1}, {1, 0, 0}, 7)};
+        for (int i = 0; i < 100; ++i)
+          rays.push_back(rayOf({random.between(-3, 3), random.between(-0.5, 1.5), 0.1},
+                               {random.gauss(), 0.1 * random.gauss(), 0.02 * random.gauss()}, 6));
+        dContactGeom contact;
+        const dGeomID below = dCreateRay(nullptr, 6);
+        dGeomRaySet(below, -3, -2, 0, 1, 0, 0);
+        CHECK(dCollide(below, field, 1, &contact, sizeof contact) == 1);
+        dGeomDestroy(below);
+        for (const int flags : {0, 3, 200, 200 | dParallelSAPRayClosestHit})
+          for (const int threads : {1, 7}) {
+            INFO("endless " << endless << ", placed " << placed << ", transformed " << transformed
+                            << ", flags " << flags << ", " << threads
+                            << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+            dParallelSAPSpaceSetNumThreads(space, threads);
+            REQUIRE(wrongRays(space, world.geoms(), rays, flags) == "");
+          }
+        const RayHits nearest = nearestHits(space, rays, 0);
+        CHECK(nearest[0].geom == stone);
+        CHECK(nearest[1].geom == stone);
+        CHECK(nearest[2].geom == nullptr);
+        CHECK(nearest[3].geom == nullptr);
+        CHECK(allHits(space, rays, 0xffff)[4].size() > 64);  // more than are asked for at first
+      }
+  dGeomHeightfieldDataDestroy(data);
+}
+
 namespace {
 
 // Shapes of like sizes around a place, turned anyhow.

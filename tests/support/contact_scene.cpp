@@ -52,7 +52,28 @@ int collideUserSphere(dGeomID o1, dGeomID o2, int flags, dContactGeom* contact, 
   return 1;
 }
 
+// A hundred hits in no order, beyond each other by a hundredth.
+int collideUserRay(dGeomID user, dGeomID ray, int flags, dContactGeom* contacts, int skip) {
+  noteUserCode();
+  dVector3 from, along;
+  dGeomRayGet(ray, from, along);
+  const int count = std::min(100, flags & kNumberBits);
+  for (int i = 0; i < count; ++i) {
+    auto& contact = *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) + i * skip);
+    contact.depth = real(0.5 + 0.01 * ((i * 37 + 11) % 100));
+    for (int axis = 0; axis < 3; ++axis) {
+      contact.pos[axis] = from[axis] + contact.depth * along[axis];
+      contact.normal[axis] = -along[axis];
+    }
+    contact.g1 = user;
+    contact.g2 = ray;
+    contact.side1 = contact.side2 = i;
+  }
+  return count;
+}
+
 dColliderFn* userCollider(int other) {
+  if (other == dRayClass) return &collideUserRay;
   return other == dSphereClass || other == dBoxClass || other >= dFirstUserClass
              ? &collideUserSphere
              : nullptr;

@@ -23,18 +23,22 @@ std::size_t collideAll(dSpaceID space, Probes& probes, int flags, void* data,
 
 }  // namespace
 
-std::vector<Contacts> owedOverlaps(dSpaceID space, const Probes& probes, int flags) {
+std::vector<Contacts> owedOverlaps(dSpaceID space, const Probes& probes, int flags,
+                                   const Filter& filter) {
   std::vector<Contacts> owed;
   struct Asked {
     dBodyID ignore;
     int flags;
+    const Filter& filter;
+    std::size_t probe;
   };
   for (const dParallelSAPProbe& probe : probes) {
-    Asked asked = {probe.ignore, flags & 0xffff ? flags : flags | 1};
+    Asked asked = {probe.ignore, flags & 0xffff ? flags : flags | 1, filter, owed.size()};
     SerialLoop loop;
     loop.data = &asked;
     loop.flags_of = [](void* data, dGeomID, dGeomID geom) {
       const Asked& of = *static_cast<Asked*>(data);
+      if (of.filter && !of.filter(of.probe, geom)) return 0;
       return of.ignore && dGeomGetBody(geom) == of.ignore ? 0 : of.flags;
     };
     dSpaceCollide2(probe.geom, asGeom(space), &loop, SerialLoop::collide);

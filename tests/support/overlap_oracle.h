@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "contact_scene.h"
+#include "ray_oracle.h"
 
 namespace sap_test {
 
 using Probes = std::vector<dParallelSAPProbe>;
 
 // Of each probe.
-std::vector<Contacts> owedOverlaps(dSpaceID space, const Probes& probes, int flags);
+std::vector<Contacts> owedOverlaps(dSpaceID space, const Probes& probes, int flags,
+                                   const Filter& filter = nullptr);
 
 // What the callback gets, what is counted and what is only said to be or not, bit for bit: "" or
 // where they differ from what is owed.

@@ -4,6 +4,7 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,10 +22,14 @@ dParallelSAPRay rayOf(const double (&from)[3], const double (&along)[3], double 
 // near it or from far away.
 Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random);
 
+// A filter of queries as the oracle knows it; null: none.
+using Filter = std::function<bool(std::size_t query, dGeomID geom)>;
+
 // Of geoms in the order in which they were last added, sub-spaces gone through in their place: all
-// hits of each ray, nearest first. Asks for bounds, so the space goes first.
+// hits of each ray, or the nearest of each geom, the nearest first. Asks for bounds, so the space
+// goes first.
 std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, const Rays& rays,
-                                  int flags);
+                                  int flags, bool nearest = false, const Filter& filter = nullptr);
 
 bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b);
 
@@ -36,7 +41,8 @@ std::vector<RayHits> allHits(dSpaceID space, const Rays& rays, int flags);
 struct OwedRays {
   std::vector<RayHits> nearest, all;
 };
-OwedRays owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags);
+OwedRays owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags,
+                  const Filter& filter = nullptr);
 
 // Both calls, bit for bit: "" or where they differ from what is owed.
 std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const OwedRays& owed);

@@ -205,17 +205,21 @@ typedef struct dParallelSAPRayHit {
   int side;             /* of the geom in this contact (side2): a mesh's triangle, or -1 */
 } dParallelSAPRayHit;
 /* As dGeomRaySetFirstContact, -BackfaceCull and -ClosestHit. FirstContact makes "nearest" any hit
- * of a mesh, maybe its far side, even with ClosestHit. Lower 16 bits: contacts a geom, 0: one. */
+ * of a mesh, maybe its far side, even with ClosestHit. Lower 16 bits: the most hits of a ray with
+ * one geom, the nearest ones; 0: one. */
 enum {
   dParallelSAPRayFirstContact = 0x10000,
   dParallelSAPRayBackfaceCull = 0x20000,
   dParallelSAPRayClosestHit = 0x40000
 };
-/* Writes the nearest hit of rays[i] to nearest[i], and returns the number of rays with a hit. A hit
- * is, bit for bit, the nearest contact that dCollide finds, always with ClosestHit, of the geoms
- * that dSpaceCollide2 reports for the ray, in sub-spaces too. Settings for pairs have no effect. A
- * ray hits nothing if its origin or direction is not finite, its direction 0, or its length
- * negative or NaN. The space keeps trees over the geoms while rays come, if memory allows.
+/* Writes the nearest hit of rays[i] to nearest[i], and returns the number of rays with a hit. A
+ * hit is, bit for bit, the nearest of all contacts that dCollide finds with the geoms that
+ * dSpaceCollide2 reports for the ray, in sub-spaces too. Meshes without callbacks are asked for
+ * the closest hit alone. ODE finds hits on heightfields in no order: to find all takes 3 % more
+ * time. A heightfield's contact that is not on the ray, which ODE makes if all ground near it is
+ * higher, is no hit. Settings for pairs have no effect. A ray hits nothing if its origin or
+ * direction is not finite, its direction 0, or its length negative or NaN. The space keeps trees
+ * over the geoms while rays come, if memory allows.
  * Threads: as in dParallelSAPSpaceCollideContacts. Overridden colliders of rays with spheres,
  * boxes, capsules and cylinders may run on any thread, and only if the ray meets the geom's AABB.
  * Order: of hits at one distance, the first one of the geom added earlier counts. The geoms of a
@@ -256,6 +260,17 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelS
                                                       size_t count, size_t size, int flags,
                                                       void* data,
                                                       dParallelSAPOverlapCallback* callback);
+
+/* Whether a query, rays[query] or probes[query], may meet a geom; 0: it passes the geom. IT IS
+ * CALLED FROM MANY THREADS AT ONCE, in no order, under the rules of flags callbacks. */
+typedef int dParallelSAPQueryFilter(void* data, size_t query, dGeomID geom);
+/* Rays, RayHits and Overlaps call the filter, before dCollide, for the geoms whose AABB overlaps
+ * the query's: those of sub-spaces too, but no space. They may call it again for the same geom.
+ * Filters of sub-spaces have no effect. Default: 0, none. Not while other threads query the space.
+ * If the filter throws, one exception leaves the query's call, without any report. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetQueryFilter(dSpaceID space,
+                                                          dParallelSAPQueryFilter* filter,
+                                                          void* data);
 
 /* Nonzero: the space compares each collide, except dSpaceCollide2, with the one before: which pairs
  * began, which ended, and a number for each pair. Default: 0. The first collide begins all
