@@ -214,49 +214,42 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
   return used;
 }
 
-// Each thread tests a part of the candidates, and notes what is borderline while it is in the
-// cache. Within a tolerance they are pairs as they are.
-int FatProxies::test(const BoxSet& boxes, int threads, PairList& pairs) {
+// Each thread tests a part of the candidates. Within a tolerance they are pairs as they are.
+int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest& test,
+                               PairList& pairs) {
   const std::size_t count = candidates_.size();
   const int most = teamFor(count, grains::tested_candidates, threads);
   const KernelSet& kernel = kernelSet();
+  const bool is_open = test.everyPair() || (tolerance_ == 0 && !boxes.exact);
   pairs.clear(static_cast<std::size_t>(most));
-  if (borderline_.size() < static_cast<std::size_t>(most)) borderline_.resize(most);
-  for (auto& list : borderline_) list.clear();
   const int used = runTeam(testing, most, [&](int thread, int team) {
-    const std::size_t number = static_cast<std::size_t>(thread);
     const Range own = ownPart(count, thread, team);
-    Buffer<Pair>& part = pairs.parts[number];
+    Buffer<Pair>& part = pairs.parts[static_cast<std::size_t>(thread)];
     part.resizeDiscarding(own.end - own.begin);
-    std::size_t written = 0;
+    Pair* to = part.data();
     PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
-      if (tolerance_ > 0) {
-        std::copy(run, run_end, part.data() + written);
-        written += static_cast<std::size_t>(run_end - run);
-        return;
-      }
       while (run < run_end) {
         const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
-        const std::size_t first = written;
-        written += kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, &part[first]);
+        Pair* const end =
+            tolerance_ > 0 ? std::copy(run, run + chunk, to)
+                           : to + kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, to);
+        to = is_open ? test.keep(to, end) : end;
         run += chunk;
-        if (!boxes.exact)
-          noteBorderline(part.data(), {number, first, written}, borderline_[number]);
       }
     });
-    part.resize(written);
+    part.resize(static_cast<std::size_t>(to - part.data()));
   });
-  for (const auto& list : borderline_)
-    pairs.borderline.insert(pairs.borderline.end(), list.begin(), list.end());
+  pairs.addParts(/*decided=*/true);
   return used;
 }
 
-int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs) {
+int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, const PairTest& test,
+                     PairList& pairs) {
   const ScopedMode mode(exactMode());
   try {
     kept_ = 0;
     const int used = fat_.size > 0 ? follow(boxes, threads) : start(boxes, threads, sweep);
-    return std::max(used, test(boxes, threads, pairs));
+    return std::max(used, testCandidates(boxes, threads, test, pairs));
   } catch (...) {
     stop();
     throw;

@@ -32,12 +32,13 @@ class FatProxies {
   // A frame did without. After many in a row nothing is held.
   void noteUnused();
   // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does.
-  int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs);
+  int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, const PairTest& test,
+           PairList& pairs);
 
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
   std::size_t bytes() const {
-    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, sample_, borderline_);
+    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, sample_);
   }
 
  private:
@@ -47,7 +48,7 @@ class FatProxies {
   void fatten(const BoxSet& boxes, Slot slot, float share);
   int start(const BoxSet& boxes, int threads, Sweep<float>& sweep);
   int follow(const BoxSet& boxes, int threads);
-  int test(const BoxSet& boxes, int threads, PairList& pairs);
+  int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
 
   float tolerance_ = 0;
@@ -62,9 +63,8 @@ class FatProxies {
   double stray_rows_ = 0;  // gone through since it was built
   ChangedPairs changed_pairs_;
   std::size_t kept_ = 0;
-  Buffer<Box> sample_;                                      // some boxes of the last frame
-  std::size_t sample_step_ = 0;                             // slots from one to the next
-  std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
+  Buffer<Box> sample_;           // some boxes of the last frame
+  std::size_t sample_step_ = 0;  // slots from one to the next
 };
 
 }  // namespace ode_parallel_sap
