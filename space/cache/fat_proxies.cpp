@@ -78,7 +78,7 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& s
     if (known && isActive(box) && isActive(before)) {
       const float distance = distanceOf(before, box);
       ++compared;
-      fast += !(distance * least_service <= marginOf(box, fat_share));
+      fast += !(distance * static_cast<float>(least_service) <= marginOf(box, fat_share));
       fast_for_tolerance += !(distance <= useful * most_loose / 2);
     }
     before = box;
@@ -135,33 +135,25 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
     back_off_ = BackOff(4);
   }
   if (back_off_.skipTurn()) return false;
-  skipped_ = 0;
   if (fat_.size == 0) return slow;
   // Candidates serve if so few boxes left their fat ones: half of what is found anew as quickly.
   if (fat_.filter_bits == boxes.filter_bits && fat_.filter_bodies == boxes.filter_bodies) {
     listLeft(boxes, threads);
     if (2 * left_.count() * changing_share <= boxes.size) {
-      back_off_.paid();
+      if (frames_ >= least_service / 2) back_off_.paid();
       return true;
     }
   }
-  const bool in_vain = frames_ == 0;
+  const bool in_vain = frames_ < least_service / 2;
   stop();
   if (in_vain) back_off_.failed();
   return slow && !in_vain;
 }
 
-void FatProxies::noteUnused() {
-  // fixed: a second of a program's. To make all anew costs half a frame.
-  constexpr int held_frames = 64;
-  if (fat_.size > 0 && ++skipped_ > held_frames) stop();
-}
-
+// Keeps the storage for the next start.
 void FatProxies::stop() {
-  fat_ = BoxSet();
-  candidates_ = PairList();
-  changed_pairs_ = ChangedPairs();
-  tree_ = QueryTree<float>();
+  fat_.size = 0;
+  has_tree_ = false;
 }
 
 // Also takes over the filters.
@@ -175,6 +167,7 @@ void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
 
 int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   frames_ = 0;
+  has_tree_ = false;
   fat_.filter_bits = boxes.filter_bits;
   fat_.filter_bodies = boxes.filter_bodies;
   fat_.exact = true;  // of candidates none is borderline
@@ -197,10 +190,11 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
   if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
   fat_.resize(boxes.size);
   for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
-  if (!tree_.holdsNone() && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
+  if (has_tree_ && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
     for (const Slot slot : leaving_) tree_.place(slot, fat_.boxes[slot]);
   } else {
     tree_.build(fat_, threads);
+    has_tree_ = true;
     stray_rows_ = 0;
   }
   stray_rows_ += static_cast<double>(leaving_.size() * tree_.strayRows());

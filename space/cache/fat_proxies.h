@@ -21,16 +21,14 @@ namespace ode_parallel_sap {
 // nothing. Boxes that leave get other fat ones, whose candidates are found anew.
 //
 // The pairs are those that PairFinder::find finds for the boxes of the frame, and follow from these
-// boxes alone; but with a tolerance all candidates are pairs. While it runs it holds 36 bytes a
-// slot and 8 a candidate.
+// boxes alone; but with a tolerance all candidates are pairs. It holds 36 bytes a
+// slot and 8 a candidate, from its first start on.
 class FatProxies {
  public:
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
   // since the last call, and fat boxes were not left in vain lately. With a `tolerance` that is
   // enough for their motion margins are a part of it, and all candidates are pairs.
   bool prepare(const BoxSet& boxes, double tolerance, int threads);
-  // A frame did without. After many in a row nothing is held.
-  void noteUnused();
   // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does.
   int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, const PairTest& test,
            PairList& pairs);
@@ -53,13 +51,13 @@ class FatProxies {
 
   float tolerance_ = 0;
   BackOff back_off_{4};
-  int frames_ = 0;   // since all got fat boxes
-  int skipped_ = 0;  // frames since prepare() looked
-  BoxSet fat_;       // empty while it does not run
+  int frames_ = 0;  // since all got fat boxes
+  BoxSet fat_;      // empty while it does not run
   PairList candidates_;
   SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone
   Buffer<Slot> leaving_;   // those of them that are still there, ascending
-  QueryTree<float> tree_;  // of the fat boxes
+  QueryTree<float> tree_;  // of the fat boxes, if there is one
+  bool has_tree_ = false;
   double stray_rows_ = 0;  // gone through since it was built
   ChangedPairs changed_pairs_;
   std::size_t kept_ = 0;

@@ -21,8 +21,6 @@ constexpr std::size_t chunksOf(std::size_t slots) {
 template <class Real>
 void RowTable<Real>::Space::start(std::size_t slots, Row* table) {
   this->rows = table;
-  // Blocks that the last frame did not need go.
-  blocks.resize(std::min(blocks.size(), blocks_used + 1));
   blocks_used = 0;
   this->next = this->end = nullptr;
   pair_counts.resizeDiscarding(chunksOf(slots));
