@@ -205,7 +205,7 @@ void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
   sortPairs(finished_, boxes.size, threads, scratch_, pairs);
 }
 
-int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
+int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) {
   if (boxes.size < 2) {
     pairs.clear(1);
     return 1;
@@ -214,6 +214,7 @@ int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
   sortAxes(boxes, threads, rows_);
   const int used = findOnDevices(threads);
   finish(boxes, threads, pairs);
+  pairs.decide(test, threads);
   return used;
 }
 

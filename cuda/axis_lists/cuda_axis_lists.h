@@ -21,7 +21,8 @@ class CudaAxisLists final : public PairFinder {
 
   // Throws DeviceFailure, ListsTooLong (for the memory of one of the devices) and std::bad_alloc.
   // One thread drives each device, as far as `threads` allows.
-  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  using PairFinder::find;
+  int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) override;
   // Host memory only.
   std::size_t bytes() const override;
   // These devices share the work from now on, each an equal part of the pairs of the fullest axis;

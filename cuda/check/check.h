@@ -11,8 +11,8 @@
 
 namespace cuda_check {
 
-// Whether two lists hold the same pairs in the same order, marks included, and every borderline
-// pair is in a segment. Prints the first difference.
+// Whether two lists hold the same pairs in the same order, marks included, and no borderline
+// pair is in a run that is said to be decided. Prints the first difference.
 bool samePairs(const std::string& what, const ode_parallel_sap::PairList& expected,
                const ode_parallel_sap::PairList& found);
 

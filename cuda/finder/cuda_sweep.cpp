@@ -17,8 +17,8 @@ void CudaSweep::useDevices(int count) {
   wanted_ = static_cast<std::size_t>(std::clamp(count, 1, device::most_parts));
 }
 
-// The calling thread drives the devices alone.
-int CudaSweep::find(const BoxSet& boxes, int, PairList& pairs) {
+// The calling thread drives the devices alone; all decide what boxes cannot.
+int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) {
   times_ = {};
   for (;;) {
     takeDevices();
@@ -32,8 +32,10 @@ int CudaSweep::find(const BoxSet& boxes, int, PairList& pairs) {
       pairs.clear(1);
     else
       findOn(devices_used_, boxes, pairs);
-    if (sweeps_.size() == left) return 1;
+    if (sweeps_.size() == left) break;
   }
+  pairs.decide(test, threads);
+  return 1;
 }
 
 void CudaSweep::takeDevices() {

@@ -35,7 +35,8 @@ class CudaSweep final : public PairFinder {
   // A device that fails is not used again; what it leaves undone the others do, among them those
   // that its source has in reserve. Throws DeviceFailure when the last one has failed,
   // DeviceWasReset when one was, and std::bad_alloc.
-  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  using PairFinder::find;
+  int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) override;
   // How many have failed.
   int devicesLost() const { return static_cast<int>(taken_ - sweeps_.size()); }
   // Those that have failed since the last call.

@@ -354,9 +354,10 @@ void DeviceSweep::finishPairs(PairList& to, std::size_t part) {
   const std::size_t total = pairs(), segments = segmentsFor(total);
   if (total == 0) return;
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
+  Pair* const first = to.parts[part].data();
   for (std::size_t i = 0; i < segments; ++i)
-    if (c.borderline[i])
-      to.borderline.push_back({part, i * segment_pairs, std::min((i + 1) * segment_pairs, total)});
+    to.add({first + i * segment_pairs, first + std::min((i + 1) * segment_pairs, total),
+            c.borderline[i] == 0});
 }
 
 void DeviceSweep::mark(DeviceStage stage) {

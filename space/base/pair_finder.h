@@ -28,10 +28,14 @@ class PairFinder {
   virtual ~PairFinder() = default;
 
   // Puts into `pairs`, ascending and each once, every pair of slots whose boxes overlap (closed
-  // intervals, NaN overlaps nothing) and which passes the filters of `boxes`. Pairs of which the
-  // float boxes alone cannot tell carry borderline_bit. Uses up to `threads` threads; returns the
-  // number used. Throws std::bad_alloc where memory ends.
-  virtual int find(const BoxSet& boxes, int threads, PairList& pairs) = 0;
+  // intervals, NaN overlaps nothing), which passes the filters of `boxes` and which `test` keeps.
+  // It decides about pairs that float boxes cannot decide about; without it they stay, and carry
+  // borderline_bit. Uses up to `threads` threads; returns the number used. Throws std::bad_alloc
+  // where memory ends.
+  virtual int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) = 0;
+  int find(const BoxSet& boxes, int threads, PairList& pairs) {
+    return find(boxes, threads, pairs, nullptr);
+  }
 
   // Bytes held from one frame to the next.
   virtual std::size_t bytes() const = 0;

@@ -31,56 +31,69 @@ constexpr bool isMarkedBorderline(Pair pair) {
   return (pair & borderline_bit) != 0;
 }
 
-// The pairs of one frame, in the order of the report when read part after part. Threads write parts
-// of their own, so that joining them moves no pair.
+// What decides about pairs where boxes do not. Many threads use it at once.
+class PairTest {
+ public:
+  explicit PairTest(bool every_pair) : every_pair_(every_pair) {}
+  // Whether it decides about all pairs, not about borderline ones alone.
+  bool everyPair() const { return every_pair_; }
+  // Moves the pairs that stay to the front, in their order and unmarked. Returns their end.
+  virtual Pair* keep(Pair* begin, Pair* end) const = 0;
+
+ protected:
+  ~PairTest() = default;
+
+ private:
+  const bool every_pair_;
+};
+
+// The pairs of one frame, in the order of the report when read run after run. Threads write to
+// parts of their own, and gaps stay where pairs were dropped, so no pair is moved to another list.
 struct PairList {
-  // Pairs [begin, end) of a part.
-  struct Segment {
-    std::size_t part, begin, end;
+  struct Run {
+    Pair *first = nullptr, *last = nullptr;
+    bool decided = true;  // no pair of it is borderline
+
+    const Pair* begin() const { return first; }
+    const Pair* end() const { return last; }
+    std::size_t size() const { return static_cast<std::size_t>(last - first); }
   };
 
-  std::vector<Buffer<Pair>> parts;
-  // Every borderline pair is in one of these, with few others; in no particular order.
-  std::vector<Segment> borderline;
+  std::vector<Buffer<Pair>> parts;  // the storage
+  std::vector<Run> runs;            // what of it holds pairs
 
   std::size_t size() const {
     std::size_t pairs = 0;
-    for (const Buffer<Pair>& part : parts) pairs += part.size();
+    for (const Run& run : runs) pairs += run.size();
     return pairs;
   }
-  std::size_t bytes() const { return bytesOf(parts, borderline); }
+  std::size_t bytes() const { return bytesOf(parts, runs); }
   // Empties `parts` parts for reuse; further ones keep their storage but hold nothing.
   void clear(std::size_t count) {
     clearForTeam(parts, count);
-    borderline.clear();
+    runs.clear();
   }
+  // Adds a run, or makes the last one longer if it goes on there.
+  void add(const Run& run) {
+    if (run.size() == 0) return;
+    if (!runs.empty() && runs.back().last == run.first && runs.back().decided == run.decided)
+      runs.back().last = run.last;
+    else
+      runs.push_back(run);
+  }
+  // The parts hold pairs from begin to end.
+  void addParts(bool decided) {
+    runs.clear();
+    for (Buffer<Pair>& part : parts) add({part.begin(), part.end(), decided});
+  }
+  // Leaves out the pairs that the test drops of runs that are not decided, or of all. Null keeps
+  // all, with their marks.
+  void decide(const PairTest* test, int threads);
+  // Closes the gaps of the first part, if it holds all pairs.
+  void closeGaps();
 };
 
-// Adds the segments of pairs [begin, end) of a part, whose first pair is at `part_pairs`, that
-// have borderline ones: whole eights of pairs, 64 bytes, which are read about as fast as one of
-// them.
-inline void noteBorderline(const Pair* part_pairs, const PairList::Segment& written,
-                           std::vector<PairList::Segment>& borderline) {
-  constexpr std::size_t step = 8;               // fixed: a line of the cache
-  constexpr std::size_t longest = chunk_pairs;  // of a segment
-  for (std::size_t at = written.begin; at < written.end; at += step) {
-    const Pair* const pairs = part_pairs + at;
-    Pair all_bits = 0;
-    if (at + step <= written.end)
-      for (std::size_t i = 0; i < step; ++i) all_bits |= pairs[i];
-    else
-      for (std::size_t i = 0; at + i < written.end; ++i) all_bits |= pairs[i];
-    if (!isMarkedBorderline(all_bits)) continue;
-    const std::size_t end = std::min(at + step, written.end);
-    if (!borderline.empty() && borderline.back().part == written.part &&
-        borderline.back().end == at && at - borderline.back().begin < longest)
-      borderline.back().end = end;
-    else
-      borderline.push_back({written.part, at, end});
-  }
-}
-
-// Reads a list by the places of its pairs, counted through all parts, from the beginning on.
+// Reads a list by the places of its pairs, counted through all runs, from the beginning on.
 class PairCursor {
  public:
   explicit PairCursor(const PairList& list) : list_(list) {}
@@ -90,18 +103,17 @@ class PairCursor {
   template <class Use>
   void read(std::size_t begin, std::size_t end, Use use) {
     while (begin < end) {
-      while (begin >= part_begin_ + list_.parts[part_].size())
-        part_begin_ += list_.parts[part_++].size();
-      const Buffer<Pair>& part = list_.parts[part_];
-      const std::size_t run_end = std::min(end, part_begin_ + part.size());
-      use(part.data() + (begin - part_begin_), part.data() + (run_end - part_begin_));
+      while (begin >= run_begin_ + list_.runs[run_].size()) run_begin_ += list_.runs[run_++].size();
+      const PairList::Run& run = list_.runs[run_];
+      const std::size_t run_end = std::min(end, run_begin_ + run.size());
+      use(run.begin() + (begin - run_begin_), run.begin() + (run_end - run_begin_));
       begin = run_end;
     }
   }
 
  private:
   const PairList& list_;
-  std::size_t part_ = 0, part_begin_ = 0;  // its number, and the place of its first pair
+  std::size_t run_ = 0, run_begin_ = 0;  // its number, and the place of its first pair
 };
 
 }  // namespace ode_parallel_sap

@@ -117,9 +117,9 @@ constexpr std::size_t part_pairs = std::size_t{1} << 16;
 // room extraction takes up to 1.3 times as long in some.
 constexpr float fat_share = 1.0f / 16;
 
-// Fat boxes are made where boxes would stay in them for so many frames: twice as many as make good
-// what that takes.
-constexpr float least_service = 4;
+// Fat boxes are made where boxes would stay in them for so many frames. They were made in vain if
+// they served fewer than half as many.
+constexpr int least_service = 4;
 
 // Queries.
 

@@ -61,17 +61,9 @@ std::size_t ChangedPairs::merge(const PairSpan& span, const SlotSet& changed,
   return merged.size() - found_pairs;
 }
 
-// The filter leaves what it has dropped some of in several parts.
-const Buffer<Pair>& ChangedPairs::inOnePart() {
-  if (found_.size() == found_.parts[0].size()) return found_.parts[0];
-  joined_.resizeDiscarding(found_.size());
-  Pair* end = joined_.data();
-  for (const Buffer<Pair>& part : found_.parts) end = std::copy(part.begin(), part.end(), end);
-  return joined_;
-}
-
 std::size_t ChangedPairs::replace(const SlotSet& changed, int threads, PairList& pairs) {
-  const Buffer<Pair>& found = inOnePart();
+  found_.closeGaps();
+  const PairList::Run found = found_.runs.empty() ? PairList::Run() : found_.runs[0];
   cutBoth(
       pairs, chunkOf(pairs.size(), part_pairs, threads), found.begin(), found.end(),
       [](Pair pair) { return pair; }, spans_);
@@ -82,6 +74,7 @@ std::size_t ChangedPairs::replace(const SlotSet& changed, int threads, PairList&
     const std::size_t i = range.begin;
     kept += merge(spans_[i], changed, merged_.parts[i]);
   });
+  merged_.addParts(/*decided=*/true);
   std::swap(pairs, merged_);
   return kept;
 }

@@ -25,7 +25,7 @@ struct PairSpan {
   std::size_t place;  // of the first one in its list
 };
 
-// Cuts ascending pairs into spans of `length` to twice as many, or a part's if that is shorter, and
+// Cuts ascending pairs into spans of `length` to twice as many, or a run's if that is shorter, and
 // the ascending pairs [other, other_end) before keyOf(pair) of the first pair of each but the
 // first. There is one span at least.
 template <class KeyOf>
@@ -33,14 +33,14 @@ void cutBoth(const PairList& pairs, std::size_t length, const Pair* other, const
              KeyOf keyOf, std::vector<PairSpan>& spans) {
   spans.clear();
   std::size_t place = 0;
-  for (const Buffer<Pair>& part : pairs.parts) {
-    const int pieces = static_cast<int>(std::max<std::size_t>(part.size() / length, 1));
-    for (int i = 0; i < pieces && part.size(); ++i) {
-      const Range range = partOf(part.size(), i, pieces);
-      const Pair* const begin = part.data() + range.begin;
+  for (const PairList::Run& run : pairs.runs) {
+    const int pieces = static_cast<int>(std::max<std::size_t>(run.size() / length, 1));
+    for (int i = 0; i < pieces; ++i) {
+      const Range range = partOf(run.size(), i, pieces);
+      const Pair* const begin = run.first + range.begin;
       if (!spans.empty())
         spans.back().other_end = other = std::lower_bound(other, other_end, keyOf(*begin));
-      spans.push_back({begin, part.data() + range.end, other, other_end, place});
+      spans.push_back({begin, run.first + range.end, other, other_end, place});
       place += range.end - range.begin;
     }
   }
@@ -86,9 +86,7 @@ class ChangedPairs {
   // Takes all pairs that a slot of `changed` is in out of `pairs`, and puts found(), all pairs of
   // these slots, in. Both are ascending, as is the result. Returns how many pairs stayed.
   std::size_t replace(const SlotSet& changed, int threads, PairList& pairs);
-  std::size_t bytes() const {
-    return bytesOf(parts_, hits_, workspace_, found_, spans_, joined_, merged_);
-  }
+  std::size_t bytes() const { return bytesOf(parts_, hits_, workspace_, found_, spans_, merged_); }
 
  private:
   static bool isActive(const BoxSet& boxes, Slot slot) {
@@ -107,14 +105,12 @@ class ChangedPairs {
   }
 
   static std::size_t merge(const PairSpan& span, const SlotSet& changed, Buffer<Pair>& merged);
-  const Buffer<Pair>& inOnePart();
 
   std::vector<Buffer<Pair>> parts_;  // one a thread, as are the next
   std::vector<Buffer<Slot>> hits_;
   Buffer<std::uint64_t> workspace_;
   PairList found_;
   std::vector<PairSpan> spans_;
-  Buffer<Pair> joined_;
   PairList merged_;
 };
 

@@ -78,7 +78,7 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& s
     if (known && isActive(box) && isActive(before)) {
       const float distance = distanceOf(before, box);
       ++compared;
-      fast += !(distance * least_service <= marginOf(box, fat_share));
+      fast += !(distance * static_cast<float>(least_service) <= marginOf(box, fat_share));
       fast_for_tolerance += !(distance <= useful * most_loose / 2);
     }
     before = box;
@@ -135,33 +135,25 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
     back_off_ = BackOff(4);
   }
   if (back_off_.skipTurn()) return false;
-  skipped_ = 0;
   if (fat_.size == 0) return slow;
   // Candidates serve if so few boxes left their fat ones: half of what is found anew as quickly.
   if (fat_.filter_bits == boxes.filter_bits && fat_.filter_bodies == boxes.filter_bodies) {
     listLeft(boxes, threads);
     if (2 * left_.count() * changing_share <= boxes.size) {
-      back_off_.paid();
+      if (frames_ >= least_service / 2) back_off_.paid();
       return true;
     }
   }
-  const bool in_vain = frames_ == 0;
+  const bool in_vain = frames_ < least_service / 2;
   stop();
   if (in_vain) back_off_.failed();
   return slow && !in_vain;
 }
 
-void FatProxies::noteUnused() {
-  // fixed: a second of a program's. To make all anew costs half a frame.
-  constexpr int held_frames = 64;
-  if (fat_.size > 0 && ++skipped_ > held_frames) stop();
-}
-
+// Keeps the storage for the next start.
 void FatProxies::stop() {
-  fat_ = BoxSet();
-  candidates_ = PairList();
-  changed_pairs_ = ChangedPairs();
-  tree_ = QueryTree<float>();
+  fat_.size = 0;
+  has_tree_ = false;
 }
 
 // Also takes over the filters.
@@ -175,6 +167,7 @@ void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
 
 int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   frames_ = 0;
+  has_tree_ = false;
   fat_.filter_bits = boxes.filter_bits;
   fat_.filter_bodies = boxes.filter_bodies;
   fat_.exact = true;  // of candidates none is borderline
@@ -197,10 +190,11 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
   if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
   fat_.resize(boxes.size);
   for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
-  if (!tree_.holdsNone() && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
+  if (has_tree_ && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
     for (const Slot slot : leaving_) tree_.place(slot, fat_.boxes[slot]);
   } else {
     tree_.build(fat_, threads);
+    has_tree_ = true;
     stray_rows_ = 0;
   }
   stray_rows_ += static_cast<double>(leaving_.size() * tree_.strayRows());
@@ -214,49 +208,42 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
   return used;
 }
 
-// Each thread tests a part of the candidates, and notes what is borderline while it is in the
-// cache. Within a tolerance they are pairs as they are.
-int FatProxies::test(const BoxSet& boxes, int threads, PairList& pairs) {
+// Each thread tests a part of the candidates. Within a tolerance they are pairs as they are.
+int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest& test,
+                               PairList& pairs) {
   const std::size_t count = candidates_.size();
   const int most = teamFor(count, grains::tested_candidates, threads);
   const KernelSet& kernel = kernelSet();
+  const bool is_open = test.everyPair() || (tolerance_ == 0 && !boxes.exact);
   pairs.clear(static_cast<std::size_t>(most));
-  if (borderline_.size() < static_cast<std::size_t>(most)) borderline_.resize(most);
-  for (auto& list : borderline_) list.clear();
   const int used = runTeam(testing, most, [&](int thread, int team) {
-    const std::size_t number = static_cast<std::size_t>(thread);
     const Range own = ownPart(count, thread, team);
-    Buffer<Pair>& part = pairs.parts[number];
+    Buffer<Pair>& part = pairs.parts[static_cast<std::size_t>(thread)];
     part.resizeDiscarding(own.end - own.begin);
-    std::size_t written = 0;
+    Pair* to = part.data();
     PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
-      if (tolerance_ > 0) {
-        std::copy(run, run_end, part.data() + written);
-        written += static_cast<std::size_t>(run_end - run);
-        return;
-      }
       while (run < run_end) {
         const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
-        const std::size_t first = written;
-        written += kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, &part[first]);
+        Pair* const end =
+            tolerance_ > 0 ? std::copy(run, run + chunk, to)
+                           : to + kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, to);
+        to = is_open ? test.keep(to, end) : end;
         run += chunk;
-        if (!boxes.exact)
-          noteBorderline(part.data(), {number, first, written}, borderline_[number]);
       }
     });
-    part.resize(written);
+    part.resize(static_cast<std::size_t>(to - part.data()));
   });
-  for (const auto& list : borderline_)
-    pairs.borderline.insert(pairs.borderline.end(), list.begin(), list.end());
+  pairs.addParts(/*decided=*/true);
   return used;
 }
 
-int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs) {
+int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, const PairTest& test,
+                     PairList& pairs) {
   const ScopedMode mode(exactMode());
   try {
     kept_ = 0;
     const int used = fat_.size > 0 ? follow(boxes, threads) : start(boxes, threads, sweep);
-    return std::max(used, test(boxes, threads, pairs));
+    return std::max(used, testCandidates(boxes, threads, test, pairs));
   } catch (...) {
     stop();
     throw;

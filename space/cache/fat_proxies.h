@@ -21,23 +21,22 @@ namespace ode_parallel_sap {
 // nothing. Boxes that leave get other fat ones, whose candidates are found anew.
 //
 // The pairs are those that PairFinder::find finds for the boxes of the frame, and follow from these
-// boxes alone; but with a tolerance all candidates are pairs. While it runs it holds 36 bytes a
-// slot and 8 a candidate.
+// boxes alone; but with a tolerance all candidates are pairs. It holds 36 bytes a
+// slot and 8 a candidate, from its first start on.
 class FatProxies {
  public:
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
   // since the last call, and fat boxes were not left in vain lately. With a `tolerance` that is
   // enough for their motion margins are a part of it, and all candidates are pairs.
   bool prepare(const BoxSet& boxes, double tolerance, int threads);
-  // A frame did without. After many in a row nothing is held.
-  void noteUnused();
   // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does.
-  int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs);
+  int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, const PairTest& test,
+           PairList& pairs);
 
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
   std::size_t bytes() const {
-    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, sample_, borderline_);
+    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, sample_);
   }
 
  private:
@@ -47,24 +46,23 @@ class FatProxies {
   void fatten(const BoxSet& boxes, Slot slot, float share);
   int start(const BoxSet& boxes, int threads, Sweep<float>& sweep);
   int follow(const BoxSet& boxes, int threads);
-  int test(const BoxSet& boxes, int threads, PairList& pairs);
+  int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
 
   float tolerance_ = 0;
   BackOff back_off_{4};
-  int frames_ = 0;   // since all got fat boxes
-  int skipped_ = 0;  // frames since prepare() looked
-  BoxSet fat_;       // empty while it does not run
+  int frames_ = 0;  // since all got fat boxes
+  BoxSet fat_;      // empty while it does not run
   PairList candidates_;
   SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone
   Buffer<Slot> leaving_;   // those of them that are still there, ascending
-  QueryTree<float> tree_;  // of the fat boxes
+  QueryTree<float> tree_;  // of the fat boxes, if there is one
+  bool has_tree_ = false;
   double stray_rows_ = 0;  // gone through since it was built
   ChangedPairs changed_pairs_;
   std::size_t kept_ = 0;
-  Buffer<Box> sample_;                                      // some boxes of the last frame
-  std::size_t sample_step_ = 0;                             // slots from one to the next
-  std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
+  Buffer<Box> sample_;           // some boxes of the last frame
+  std::size_t sample_step_ = 0;  // slots from one to the next
 };
 
 }  // namespace ode_parallel_sap

@@ -51,7 +51,7 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
 
 bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
                       const GeomUpdate& geom_update, int threads, SharedPart<GeomTree>& part,
-                      PairFilter& filter, PairList& pairs, dParallelSAPStats& stats) {
+                      PairList& pairs, dParallelSAPStats& stats) {
   if (update.changes == 0) {
     stats.kept = pairs.size();
     return true;
@@ -68,7 +68,8 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   stats.find_threads = std::max(stats.find_threads, used);
   PairList& found = changed_pairs_.found();
   stats.candidates = found.size();
-  filter.dropExcluded(geoms.data(), geom_update, rules_, rules_.cull_planes, threads, found);
+  const PairFilter filter(geoms.data(), geom_update, rules_, rules_.cull_planes);
+  found.decide(&filter, threads);
   stats.kept = changed_pairs_.replace(changed_, threads, pairs);
   forgetChanges();
   return true;

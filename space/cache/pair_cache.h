@@ -96,8 +96,7 @@ class PairCache {
   // After an update() that kept: makes `pairs` those of this frame. False where others read the
   // tree, or there is none: the frame is to be found anew.
   bool renew(const GeomTree::Geoms& geoms, const Update& update, const GeomUpdate& geom_update,
-             int threads, SharedPart<GeomTree>& part, PairFilter& filter, PairList& pairs,
-             dParallelSAPStats& stats);
+             int threads, SharedPart<GeomTree>& part, PairList& pairs, dParallelSAPStats& stats);
 
   // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }

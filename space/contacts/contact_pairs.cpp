@@ -70,8 +70,8 @@ void ContactPairs::add(const PairList& pairs, bool spaces, int threads) {
   } catch (const std::bad_alloc&) {
     list_.resizeDiscarding(0);
   }
-  for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair pair : part) {
+  for (const PairList::Run& run : pairs.runs)
+    for (const Pair pair : run) {
       dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
       if (a && b) add(a, b);
     }

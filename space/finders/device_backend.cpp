@@ -106,7 +106,8 @@ void DeviceBackend::reportFailures(const std::string& reason) {
 }
 
 // Where the last device fails, that was the last time.
-int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs) {
+int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs,
+                        const PairTest& test) {
   const bool by_lists = plan.method == dParallelSAPMethodAxisLists;
   if (failed_ || (!by_lists && (plan.method != dParallelSAPMethodSweep || boxes.wide))) return 0;
   if (!finder_) finder_ = std::make_unique<Finder>();
@@ -115,10 +116,10 @@ int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairLis
   std::string reason;
   try {
     if (by_lists) {
-      used = findByAxisLists(boxes, plan, pairs);
+      used = findByAxisLists(boxes, plan, pairs, test);
     } else {
       finder_->sweep->useDevices(plan.devices);
-      finder_->sweep->find(boxes, plan.threads, pairs);
+      finder_->sweep->find(boxes, plan.threads, pairs, &test);
       used = finder_->sweep->devicesUsed();
     }
   } catch (const DeviceWasReset&) {
@@ -141,8 +142,8 @@ int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairLis
   return used;
 }
 
-int DeviceBackend::findByAxisLists(const BoxSet& boxes, const ExtractionPlan& plan,
-                                   PairList& pairs) {
+int DeviceBackend::findByAxisLists(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs,
+                                   const PairTest& test) {
   if (!finder_->axis_lists) finder_->axis_lists.emplace();
   CudaAxisLists& lists = *finder_->axis_lists;
   std::vector<int> used;
@@ -152,7 +153,7 @@ int DeviceBackend::findByAxisLists(const BoxSet& boxes, const ExtractionPlan& pl
   }
   if (used.empty()) throw DeviceFailure("no device is left");
   lists.useDevices(used);
-  lists.find(boxes, plan.threads, pairs);
+  lists.find(boxes, plan.threads, pairs, &test);
   return static_cast<int>(used.size());
 }
 
@@ -180,7 +181,7 @@ DeviceBackend::Devices DeviceBackend::devices() const {
   return {};
 }
 void DeviceBackend::prepare(int) {}
-int DeviceBackend::find(const BoxSet&, const ExtractionPlan&, PairList&) {
+int DeviceBackend::find(const BoxSet&, const ExtractionPlan&, PairList&, const PairTest&) {
   return 0;
 }
 void DeviceBackend::reportLeftOut() {}

@@ -46,7 +46,7 @@ class DeviceBackend {
   // any. One that is out of memory is tried again at growing intervals, one that the
   // program has reset at once. Throws ListsTooLong where
   // the memory of one of them does not suffice.
-  int find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
+  int find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs, const PairTest& test);
   // Reports the devices that could not be made ready meanwhile.
   void reportLeftOut();
   std::size_t bytes() const;
@@ -55,7 +55,8 @@ class DeviceBackend {
   struct Finder;
   int lost() const;
   void reportFailures(const std::string& reason);
-  int findByAxisLists(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
+  int findByAxisLists(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs,
+                      const PairTest& test);
 
   std::unique_ptr<Finder> finder_;
   bool failed_ = false;

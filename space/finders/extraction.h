@@ -31,26 +31,27 @@ struct Found {
   int method = 0;                        // that ran
   int devices = 0;                       // that found the pairs
   int threads = 1;                       // used, of those of the CPU
-  std::size_t pairs = 0;                 // candidates, before the filter
+  std::size_t pairs = 0;                 // that were found
   std::optional<ListsTooLong> too_long;  // why it is not the method AxisLists
 };
 
 class Extraction {
  public:
-  // Makes `pairs` those of the boxes that overlap. Throws std::bad_alloc where memory ends.
-  Found find(const BoxSet& boxes, ExtractionPlan plan, PairList& pairs) try {
+  // Makes `pairs` those of the boxes that overlap and that the test keeps. Throws std::bad_alloc
+  // where memory ends.
+  Found find(const BoxSet& boxes, ExtractionPlan plan, const PairTest& test, PairList& pairs) try {
     Found found;
     found.method = plan.method;
-    if (plan.devices > 0) found.devices = devices_.find(boxes, plan, pairs);
+    if (plan.devices > 0) found.devices = devices_.find(boxes, plan, pairs, test);
     if (found.devices > 0) return found;
     PairFinder& finder = plan.method == dParallelSAPMethodAxisLists ? axis_lists_
                          : boxes.wide                               ? doubles_.of(plan.method)
                                                                     : floats_.of(plan.method);
-    found.threads = finder.find(boxes, plan.threads, pairs);
+    found.threads = finder.find(boxes, plan.threads, pairs, &test);
     return found;
   } catch (const ListsTooLong& lists) {
     plan.method = dParallelSAPMethodSweep;
-    Found found = find(boxes, plan, pairs);
+    Found found = find(boxes, plan, test, pairs);
     found.too_long = lists;
     return found;
   }

@@ -206,8 +206,7 @@ bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   if (!update.isSame()) frame.clock.begin(Stage::extract);
   frame.stats.method = dParallelSAPMethodSweep;
   return stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
-                              call.tree, stages_->pair_filter, call.lists.large->candidates,
-                              frame.stats);
+                              call.tree, call.lists.large->candidates, frame.stats);
 }
 
 // update -> synchronise -> extract -> filter, for all geoms.
@@ -228,18 +227,18 @@ Found Pipeline::findAnew(Frame& frame) {
 
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.large->candidates;
+  const PairFilter filter(call.geoms(), stages_->geom_update, plan.rules, /*planes=*/false);
   Found found;
   const bool fat = plan.fat_pairs && !boxes.wide &&
                    stages_->cache.fat().prepare(
                        boxes, static_cast<double>(stages_->geom_update.tolerance()), plan.threads);
   if (fat) {
-    found.threads =
-        stages_->cache.fat().find(boxes, plan.threads, stages_->extraction.sweep(), candidates);
+    found.threads = stages_->cache.fat().find(boxes, plan.threads, stages_->extraction.sweep(),
+                                              filter, candidates);
     found.method = dParallelSAPMethodSweep;
     frame.stats.candidates_kept = stages_->cache.fat().kept();
   } else {
-    stages_->cache.fat().noteUnused();
-    found = stages_->extraction.find(boxes, plan.extraction, candidates);
+    found = stages_->extraction.find(boxes, plan.extraction, filter, candidates);
   }
   if (found.too_long) complaints_.ofTooLong(*found.too_long);
   frame.stats.method = found.method;
@@ -250,14 +249,9 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.find_threads = found.threads;
   frame.stats.candidates = found.pairs;
 
-  frame.clock.begin(Stage::filter);
-  const auto dropExcluded = [&](PairList& pairs) {
-    stages_->pair_filter.dropExcluded(call.geoms(), stages_->geom_update, plan.rules,
-                                      /*planes=*/false, plan.threads, pairs);
-  };
-  dropExcluded(candidates);
   if (plan.rules.cull_planes && planes.any()) {
-    dropExcluded(planes.found());
+    frame.clock.begin(Stage::filter);
+    planes.found().decide(&filter, plan.threads);
     frame.stats.candidates += planes.found().size();
     planes.putBack(call.geoms(), boxes, plan.threads, candidates);
   }
@@ -283,8 +277,8 @@ const PairList& Pipeline::select(Frame& frame) {
   const PackRules& rules = frame.plan.rules;
   if (!user_classes && !rules.verified()) return lists.candidates;
   frame.clock.begin(Stage::filter);
-  PairFilter::verify(frame.call.geoms(), rules, user_classes, frame.plan.threads, lists.candidates,
-                     lists.selected);
+  verifyPairs(frame.call.geoms(), rules, user_classes, frame.plan.threads, lists.candidates,
+              lists.selected);
   return lists.selected;
 }
 
@@ -308,8 +302,6 @@ void Pipeline::learn(const Frame& frame, const Found* found) {
   const Settings& settings = frame.call.settings;
   if (found)
     stages_->policy.learn(frame.plan, factsOf(frame.call), *found, frame.clock.of(Stage::extract));
-  else
-    stages_->cache.fat().noteUnused();
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = stages_->extraction.devices();
   devices.reportLeftOut();
@@ -321,8 +313,8 @@ void Pipeline::learn(const Frame& frame, const Found* found) {
 void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
   if (!watchers_ || frame.call.scene.nested || !watchers_->isDue()) return;
   dxGeom* const* const geoms = frame.call.geoms();
-  for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair pair : part) watchers_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+  for (const PairList::Run& run : pairs.runs)
+    for (const Pair pair : run) watchers_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
   watchers_->endPairs();
 }
 
@@ -396,7 +388,6 @@ void Pipeline::release(int part, FrameLists& lists) {
       stages_->geom_update = GeomUpdate();
       break;
     case 2:
-      stages_->pair_filter = PairFilter();
       if (events_) events_->release();
       if (last_stage_) last_stage_->release();
       break;

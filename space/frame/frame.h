@@ -155,9 +155,8 @@ class Pipeline {
     GeomUpdate geom_update;
     Extraction extraction;
     PairCache cache;
-    PairFilter pair_filter;
 
-    std::size_t bytes() const { return bytesOf(geom_update, extraction, cache, pair_filter); }
+    std::size_t bytes() const { return bytesOf(geom_update, extraction, cache); }
   };
 
   bool cleanMany(const Scene& scene, const Settings& settings);

@@ -37,11 +37,11 @@ void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, 
   const bool is_large = scene.slots.size() >= far_slots;
   const auto setLimit = [&](const Pair* end) { limit = scene.reports.changed() ? nullptr : end; };
   dxGeom* const* const geoms = scene.slots.data();
-  std::size_t first = 0;  // the place of the part's first pair
-  for (const Buffer<Pair>& part : pairs.parts) {
-    const Pair *pair = part.begin(), *const end = part.end();
+  std::size_t first = 0;  // the place of the run's first pair
+  for (const PairList::Run& run : pairs.runs) {
+    const Pair *pair = run.begin(), *const end = run.end();
     const auto report = [&](const Pair* next) {
-      call(*next, first + static_cast<std::size_t>(next - part.begin()), geoms[earlierOf(*next)],
+      call(*next, first + static_cast<std::size_t>(next - run.begin()), geoms[earlierOf(*next)],
            geoms[laterOf(*next)]);
     };
     while (end - pair > tried_pairs && !scene.reports.changed()) {
@@ -67,9 +67,9 @@ void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, 
     for (setLimit(end); pair < limit; ++pair) report(pair);
     for (; __builtin_expect(pair < end, 0); ++pair) {  // the loops before need all registers
       dxGeom *const a = scene.slots[earlierOf(*pair)], *const b = scene.slots[laterOf(*pair)];
-      if (a && b) call(*pair, first + static_cast<std::size_t>(pair - part.begin()), a, b);
+      if (a && b) call(*pair, first + static_cast<std::size_t>(pair - run.begin()), a, b);
     }
-    first += part.size();
+    first += run.size();
   }
 }
 

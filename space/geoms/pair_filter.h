@@ -1,4 +1,4 @@
-// The filter stage: what boxes could not decide is decided on the geoms.
+// What boxes could not decide is decided on the geoms.
 #pragma once
 
 #include "space/base/pair_list.h"
@@ -6,24 +6,31 @@
 
 namespace ode_parallel_sap {
 
-class PairFilter {
+// Keeps the pairs of ODE's exact formula, AABBTest apart, that the rules do not leave out. Finders
+// use it for the pairs that they write.
+class PairFilter final : public PairTest {
  public:
-  // Drops the pairs that ODE's exact formula excludes, AABBTest apart, and those that the rules
-  // leave out and boxes could not, and with `planes` those that are clear of one; the
-  // others stay in order, borderline_bit cleared. The geoms behind all slots in `pairs` are clean,
-  // and packed by `update`.
-  void dropExcluded(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
-                    bool planes, int threads, PairList& pairs);
-  // Puts into `verified` those of the pairs that their geoms do not rule out in this frame.
-  // `user_classes`: AABBTest functions may.
-  static void verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
-                     const PairList& pairs, PairList& verified);
-  std::size_t bytes() const { return bytesOf(closed_); }
+  // The geoms behind all slots are clean, and packed by `update`, up to its last use. `planes`: it
+  // also drops pairs that are clear of a plane.
+  PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules, bool planes);
+  Pair* keep(Pair* begin, Pair* end) const override;
 
  private:
-  void closeGaps(int threads, PairList& pairs);
+  bool drops(Pair pair) const;
+  bool atRest(Slot slot) const { return bodies_[slot] == resting_body; }
+  bool isStatic(Slot slot) const { return bodies_[slot] == 0 && !IS_SPACE(geoms_[slot]); }
 
-  PairList closed_;
+  dxGeom* const* const geoms_;
+  const BodyKey* const bodies_;       // by slot
+  const bool every_filter_;           // the bits beside the boxes do not decide
+  const bool asleep_on_static_;       // pairs of a geom asleep and a static one are not wanted
+  const bool packed_bits_at_rest_;    // geoms at rest have their own bits
+  const SlotState* const of_planes_;  // by slot, unbounded_state where planes are; null: not culled
 };
+
+// Puts into `verified` those of the pairs that their geoms do not rule out in this frame.
+// `user_classes`: AABBTest functions may.
+void verifyPairs(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
+                 const PairList& pairs, PairList& verified);
 
 }  // namespace ode_parallel_sap

@@ -103,7 +103,7 @@ void sortPairs(const std::vector<Buffer<Pair>>& found, std::size_t slots, int th
     for (const Buffer<Pair>& part : found) end = std::copy(part.begin(), part.end(), end);
     sortBucket(all, scratch.data(), count, slot_bits, slot_bits);
   }
-  noteBorderline(all, {0, 0, count}, pairs.borderline);
+  pairs.addParts(/*decided=*/false);
 }
 
 }  // namespace ode_parallel_sap

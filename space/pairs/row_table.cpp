@@ -21,8 +21,6 @@ constexpr std::size_t chunksOf(std::size_t slots) {
 template <class Real>
 void RowTable<Real>::Space::start(std::size_t slots, Row* table) {
   this->rows = table;
-  // Blocks that the last frame did not need go.
-  blocks.resize(std::min(blocks.size(), blocks_used + 1));
   blocks_used = 0;
   this->next = this->end = nullptr;
   pair_counts.resizeDiscarding(chunksOf(slots));
@@ -89,7 +87,7 @@ void RowTable<Real>::start(std::size_t slots, int threads) {
 }
 
 template <class Real>
-int RowTable<Real>::writePairs(bool exact, int threads, PairList& pairs) {
+int RowTable<Real>::writePairs(bool exact, int threads, const PairTest* test, PairList& pairs) {
   const std::size_t slots = rows_.size(), chunks = chunksOf(slots);
   chunk_begin_.resizeDiscarding(chunks + 1);
   std::size_t count = 0;
@@ -101,21 +99,21 @@ int RowTable<Real>::writePairs(bool exact, int threads, PairList& pairs) {
   pairs.clear(1);
   pairs.parts[0].resizeDiscarding(count);
   Pair* const written = pairs.parts[0].data();
-  if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
-  for (auto& segments : borderline_) segments.clear();
+  chunks_.resizeDiscarding(chunks);
   const int team = teamFor(count + slots, grains::sorted_records, threads);
   const int used = runChunks(
       writing, team, chunks, 1,
-      [&](const Range& range, int thread) {
+      [&](const Range& range, int) {
         const std::size_t first = range.begin * row_chunk;
         const std::size_t last = std::min(first + row_chunk, slots);
-        const std::size_t begin = chunk_begin_[range.begin], end = chunk_begin_[range.begin + 1];
-        if (kernelSet().writeRows(rows_.data(), first, last, exact, written + begin, written + end))
-          noteBorderline(written, {0, begin, end}, borderline_[thread]);
+        Pair* const begin = written + chunk_begin_[range.begin];
+        Pair* const end = written + chunk_begin_[range.begin + 1];
+        const bool marked = kernelSet().writeRows(rows_.data(), first, last, exact, begin, end);
+        const bool is_open = test && (marked || test->everyPair());
+        chunks_[range.begin] = {begin, is_open ? test->keep(begin, end) : end, test || !marked};
       },
       team);
-  for (const auto& segments : borderline_)
-    pairs.borderline.insert(pairs.borderline.end(), segments.begin(), segments.end());
+  for (const PairList::Run& chunk : chunks_) pairs.add(chunk);
   return used;
 }
 

@@ -21,10 +21,10 @@ class RowTable {
   void start(std::size_t slots, int threads);
   // Where a kernel of that thread puts rows.
   RowSpace<Real>& space(int thread) { return *spaces_[thread]; }
-  // Leaves the pairs of all rows, which so many threads found, in `pairs` as one part. Returns the
-  // number of threads used.
-  int writePairs(bool exact, int threads, PairList& pairs);
-  std::size_t bytes() const { return bytesOf(rows_, spaces_, chunk_begin_, borderline_); }
+  // Leaves the pairs of all rows, which so many threads found and which the test keeps, in the
+  // first part of `pairs`. Returns the number of threads used.
+  int writePairs(bool exact, int threads, const PairTest* test, PairList& pairs);
+  std::size_t bytes() const { return bytesOf(rows_, spaces_, chunk_begin_, chunks_); }
 
  private:
   // A thread's own storage.
@@ -48,7 +48,7 @@ class RowTable {
   Buffer<Row> rows_;  // by slot
   std::vector<std::unique_ptr<Space>> spaces_;
   Buffer<std::size_t> chunk_begin_;
-  std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
+  Buffer<PairList::Run> chunks_;  // the pairs of row_chunk slots each
 };
 
 }  // namespace ode_parallel_sap

@@ -40,7 +40,7 @@ void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>&
 }
 
 template <class Real>
-int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) {
   const ScopedMode mode(exactMode());
   pairs.clear(1);
   build(boxes, threads, pairs.parts[0]);
@@ -50,7 +50,7 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
       runChunks(sweeping, threads, tasks_.size(), 1, [&](const Range& range, int thread) {
         kernels<Real>().findRows(tasks_[range.begin], rows_.space(thread));
       });
-  return std::max(used, rows_.writePairs(boxes.exact, threads, pairs));
+  return std::max(used, rows_.writePairs(boxes.exact, threads, test, pairs));
 }
 
 template class Sweep<float>;

@@ -47,7 +47,8 @@ class CellCoherence {
 template <class Real>
 class Sweep : public PairFinder {
  public:
-  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  using PairFinder::find;
+  int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) override;
   std::size_t bytes() const override {
     return bytesOf(order_, cell_coherence_, trees_, tasks_, rows_);
   }

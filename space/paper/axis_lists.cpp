@@ -145,7 +145,7 @@ void AxisLists::meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t 
   });
 }
 
-int AxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
+int AxisLists::find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) {
   if (boxes.size < 2) {
     pairs.clear(1);
     return 1;
@@ -170,6 +170,7 @@ int AxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
     meet(boxes, axes, range.begin, range.end, found_[thread]);
   });
   sortPairs(found_, boxes.size, threads, scratch_, pairs);
+  pairs.decide(test, threads);
   return used;
 }
 

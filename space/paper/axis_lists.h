@@ -65,7 +65,8 @@ void sortAxes(const BoxSet& boxes, int threads, AxisRows (&rows)[3]);
 class AxisLists final : public PairFinder {
  public:
   // Throws ListsTooLong, with the boxes sorted and no memory taken for pairs.
-  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  using PairFinder::find;
+  int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) override;
   std::size_t bytes() const override { return bytesOf(rows_, lists_, found_, scratch_); }
 
  private:

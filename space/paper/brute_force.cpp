@@ -73,15 +73,16 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
 }
 
 template <class Real>
-int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs,
+                           const PairTest* test) {
   const ScopedMode mode(exactMode());
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
   if (rows_.size() < static_cast<std::size_t>(threads)) rows_.resize(threads);
   packCells(boxes);
   const int used = testAll(boxes, tests, threads, pairs);
-  for (std::size_t part = 0; part < pairs.parts.size() && !boxes.exact; ++part)
-    noteBorderline(pairs.parts[part].data(), {part, 0, pairs.parts[part].size()}, pairs.borderline);
+  pairs.addParts(boxes.exact);
+  pairs.decide(test, threads);
   return used;
 }
 

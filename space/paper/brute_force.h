@@ -17,7 +17,8 @@ namespace ode_parallel_sap {
 template <class Real>
 class BruteForce : public PairFinder {
  public:
-  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  using PairFinder::find;
+  int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) override;
   std::size_t bytes() const override { return bytesOf(cells_, rows_); }
 
  private:

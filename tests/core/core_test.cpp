@@ -66,12 +66,12 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
           PairList swept, tested;
           const std::vector<Pair> pairs = found(first, wanted.boxes, 2, swept);
           check(pairs, wanted);
-          checkBorderlineSegments(swept);
+          checkDecidedRuns(swept);
           check(found(second, wanted.boxes, 3, tested), wanted);
-          checkBorderlineSegments(tested);
+          checkDecidedRuns(tested);
           AxisLists axis_lists;
           REQUIRE(found(axis_lists, wanted.boxes, 3, tested) == pairs);
-          checkBorderlineSegments(tested);
+          checkDecidedRuns(tested);
         }
   }
   chooseKernelSet(best);
@@ -133,7 +133,7 @@ TEST_CASE("The only borderline pair of all is noted wherever it stands in its ro
       Sweep<float> sweep;
       PairList list;
       REQUIRE(isMarkedBorderline(found(sweep, boxes, 1, list)[touching - 1]));
-      checkBorderlineSegments(list, false);
+      checkDecidedRuns(list);
     }
   chooseKernelSet(best);
 }

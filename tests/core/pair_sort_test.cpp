@@ -42,9 +42,9 @@ void checkSorted(const std::vector<Buffer<Pair>>& found, std::size_t slots, int 
   PairList pairs;
   sortPairs(found, slots, threads, scratch, pairs);
   std::vector<Pair> got;
-  for (const Buffer<Pair>& part : pairs.parts) got.insert(got.end(), part.begin(), part.end());
+  for (const PairList::Run& run : pairs.runs) got.insert(got.end(), run.begin(), run.end());
   REQUIRE(got == wanted);
-  checkBorderlineSegments(pairs);
+  checkDecidedRuns(pairs);
 }
 
 struct Shape {
@@ -74,7 +74,7 @@ TEST_CASE("Pairs come ascending, however many there are to a slot", "[pair-sort]
     }
 }
 
-TEST_CASE("Found pairs take the place of those of changed slots, in however many parts they come",
+TEST_CASE("Found pairs take the place of those of changed slots, in however many runs they come",
           "[pair-sort]") {
   const std::uint64_t seed = sap_test::seedOr(1);
   INFO("seed " << seed);
@@ -87,6 +87,20 @@ TEST_CASE("Found pairs take the place of those of changed slots, in however many
     for (const Pair pair : all) {
       if (part + 1 < list.parts.size() && random.chance(0.01)) ++part;
       list.parts[part].push_back(pair);
+    }
+    list.addParts(/*decided=*/true);
+    return list;
+  };
+  const auto withGaps = [&](const std::set<Pair>& all) {
+    PairList list;
+    list.clear(1);
+    list.parts[0].resize(2 * all.size());
+    Pair* to = list.parts[0].begin();
+    for (const Pair pair : all) {
+      if (random.chance(0.1)) *to++ = ~Pair{0};
+      *to = pair;
+      list.add({to, to + 1});
+      ++to;
     }
     return list;
   };
@@ -108,10 +122,10 @@ TEST_CASE("Found pairs take the place of those of changed slots, in however many
     wanted.insert(found.begin(), found.end());
     PairList pairs = inParts(old);
     ChangedPairs merge;
-    merge.found() = inParts(found);
+    merge.found() = withGaps(found);
     CHECK(merge.replace(changed, 1 + round % 3, pairs) == stay);
     std::vector<Pair> got;
-    for (const Buffer<Pair>& part : pairs.parts) got.insert(got.end(), part.begin(), part.end());
+    for (const PairList::Run& run : pairs.runs) got.insert(got.end(), run.begin(), run.end());
     REQUIRE(got == std::vector<Pair>(wanted.begin(), wanted.end()));
   }
 }

@@ -45,7 +45,7 @@ Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered)
 
 std::vector<Pair> joined(const PairList& list) {
   std::vector<Pair> all;
-  for (const Buffer<Pair>& part : list.parts) all.insert(all.end(), part.begin(), part.end());
+  for (const PairList::Run& run : list.runs) all.insert(all.end(), run.begin(), run.end());
   return all;
 }
 
@@ -66,17 +66,9 @@ void check(const std::vector<Pair>& got, const Case& wanted) {
   REQUIRE(std::includes(wanted.exact.begin(), wanted.exact.end(), sure.begin(), sure.end()));
 }
 
-void checkBorderlineSegments(const PairList& list, bool few_others) {
-  std::size_t covered = 0, all = 0, length = 0;
-  for (const PairList::Segment& segment : list.borderline) {
-    length += segment.end - segment.begin;
-    covered += std::count_if(list.parts[segment.part].begin() + segment.begin,
-                             list.parts[segment.part].begin() + segment.end, isMarkedBorderline);
-  }
-  for (const Buffer<Pair>& part : list.parts)
-    all += std::count_if(part.begin(), part.end(), isMarkedBorderline);
-  REQUIRE(covered == all);
-  if (few_others) REQUIRE(length <= 8 * all);
+void checkDecidedRuns(const PairList& list) {
+  for (const PairList::Run& run : list.runs)
+    REQUIRE((!run.decided || std::none_of(run.begin(), run.end(), isMarkedBorderline)));
 }
 
 }  // namespace ode_parallel_sap

@@ -22,7 +22,7 @@ std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, Pa
 // Every pair owed is there; those beyond it are borderline; all are ascending.
 void check(const std::vector<Pair>& got, const Case& wanted);
 
-// The stretches of a list that are said to hold its borderline pairs do, and few others if so.
-void checkBorderlineSegments(const PairList& list, bool few_others = true);
+// Runs that are said to be decided have no borderline pair.
+void checkDecidedRuns(const PairList& list);
 
 }  // namespace ode_parallel_sap

@@ -156,7 +156,7 @@ class Run {
     PairList expected;
     cpu_.find(scene_.boxes(), 1, expected);
     REQUIRE((joined(pairs_) == joined(expected)));
-    checkBorderlineSegments(pairs_, false);
+    checkDecidedRuns(pairs_);
     std::size_t bytes = 0;
     for (const auto& member : members_)
       if (member->context()) bytes += member->context()->deviceBytes();

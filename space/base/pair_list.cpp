@@ -1,0 +1,47 @@
+#include "space/base/pair_list.h"
+
+#include <algorithm>
+
+#include "space/base/floating_point.h"
+#include "space/base/parallel.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+Region deciding("pair list: exact tests");
+
+}  // namespace
+
+void PairList::decide(const PairTest* test, int threads) {
+  if (!test) return;
+  std::size_t open = 0;
+  for (const Run& run : runs)
+    if (!run.decided || test->everyPair()) open += run.size();
+  if (open == 0) return;
+  const std::size_t most = chunkOf(open, chunk_pairs, threads);
+  std::vector<Run> pieces;
+  for (const Run& run : runs)
+    for (Pair* first = run.first; first < run.last; first = pieces.back().last)
+      pieces.push_back({first, first + std::min<std::size_t>(most, run.last - first), run.decided});
+  const ScopedMode mode(exactMode());
+  runChunks(deciding, teamFor(open, grains::geom_tests, threads), pieces.size(), 1,
+            [&](const Range& range, int) {
+              Run& piece = pieces[range.begin];
+              if (!piece.decided || test->everyPair())
+                piece.last = test->keep(piece.first, piece.last);
+              piece.decided = true;
+            });
+  runs.clear();
+  for (const Run& piece : pieces) add(piece);
+}
+
+void PairList::closeGaps() {
+  if (runs.size() < 2) return;
+  Pair* end = runs[0].last;
+  for (std::size_t run = 1; run < runs.size(); ++run)
+    end = std::copy(runs[run].first, runs[run].last, end);
+  runs = {{runs[0].first, end}};
+}
+
+}  // namespace ode_parallel_sap
