@@ -190,7 +190,6 @@ void Pipeline::giveBack(const FrameCall& call) {
   stages_->geom_update = GeomUpdate();
   stages_->extraction.release();
   stages_->cache = PairCache();
-  stages_->pair_filter = PairFilter();
   GeomTree* const tree = call.tree.get();
   if (tree && !call.scene.nested) tree->release();
 }
