@@ -201,8 +201,8 @@ void complainOfInvalid(dxGeom* first, Complaints& complaints) {
 // Not inline: the loop needs all registers.
 __attribute__((noinline)) void reportPairs(const Scene& scene, const SmallLists& lists,
                                            PairReceiver receiver) {
-  const Reports::Open open(scene.reports, receiver.opens);
-  const bool& changed = scene.reports.changed();
+  const Reports reports = scene.reports;  // in registers
+  const Reports::Open open(reports, receiver.opens);
   dxGeom* const* const active = lists.active.data();
   const PlacePair *const pairs = lists.pairs.data(), *const end = pairs + lists.overlaps;
   const std::size_t slots = scene.slots.size();
@@ -213,7 +213,7 @@ __attribute__((noinline)) void reportPairs(const Scene& scene, const SmallLists&
   for (const PlacePair* pair = pairs; pair < end; ++pair) {
     if (pair->isLeftOut()) continue;
     dxGeom *const a = active[pair->earlier()], *const b = active[pair->later()];
-    if (__builtin_expect(!changed, 1) || (isThere(a) && isThere(b)))
+    if (__builtin_expect(!reports.changed(), 1) || (isThere(a) && isThere(b)))
       receiver.callback(receiver.data, a, b);
     else if (receiver.gap)
       receiver.gap(receiver.data);

@@ -16,7 +16,7 @@ struct Scene {
   const Buffer<dxGeom*>& slots;  // the same with gaps: null where a geom was removed
   bool nested;                   // the space is being collided already
   std::atomic<bool>& needs_clean;
-  const Reports& reports;  // what callbacks change
+  const Reports reports = {};  // of the call
 
   // No geom is dirty any more, for other threads too.
   void noteClean() const { needs_clean.store(false, std::memory_order_release); }

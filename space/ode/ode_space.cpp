@@ -146,8 +146,7 @@ class ParallelSAPSpace::Call : public Lock, public WorkspaceUse {
       : Lock(space, of), WorkspaceUse(is_guest_ ? nullptr : &space.workspace_, alone_, end) {
     if (!is_guest_) {
       alone_ = !nested();
-      if (alone_) space.reports_.begin();
-      if (!workspace()) space.reports_.noteChange();  // it is not to be told later
+      if (alone_) space.edits_.clear();
     }
   }
 };
@@ -163,7 +162,13 @@ class ParallelSAPSpace::SpannedCall : public Call {
   char span_[1024];
 };
 
-const Reports ParallelSAPSpace::unchanging_{nullptr};
+// One without a workspace is not told of changes.
+inline Reports ParallelSAPSpace::reportsOf(const Call& call) {
+  if (call.isGuest()) return {};
+  const Reports reports(this, edits_, slots_.geoms());
+  if (!call.workspace()) edits_.noteChange();
+  return reports;
+}
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
@@ -252,10 +257,10 @@ void ParallelSAPSpace::add(dxGeom* geom) {
 
   if (!isLocked()) closeSlots();
   // All that may throw comes before the geom is known here.
+  const Edits::Announced announced(this);
   const Slot slot = slots_.next();
   pipeline_.noteChange(slot);
   silent_.growTo(slot + std::size_t{1});
-  reports_.growTo(slot + std::size_t{1});
   slots_.add(geom, tail_);
   silent_.add(slot);
   noteMayBeSilent(slot);
@@ -266,7 +271,9 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   tail_ = &geom->next;
   geom->parent_space = this;
   ++count;
-  current_geom = nullptr;
+  noteAround([geom](Edits& edits, const Edits::Geoms& geoms, Slot within) {
+    edits.noteCame(geoms, within, geom);
+  });
 
   // A geom that comes clean from elsewhere is new here all the same.
   geom->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
@@ -283,6 +290,10 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   requireOpen(function, destroys);
   require(geom->parent_space == this, "object is not in this space", function);
 
+  const Edits::Announced announced(this);
+  noteAround([geom](Edits& edits, const Edits::Geoms& geoms, Slot within) {
+    edits.noteLeaving(geoms, within, geom);
+  });
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
@@ -296,9 +307,30 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 
 // A geom came or leaves: running reports are told.
 void ParallelSAPSpace::noteMember() {
-  reports_.noteChange();
+  edits_.noteChange();
   for (Workspace* each = &workspace_; each; each = each->inner.get())
     if (each->frame.large) each->frame.large->limit = nullptr;
+}
+
+// Calls note(edits, geoms, slot) for the spaces of ours around this one of which calls run: the
+// slot is that of this one, or of the sub-space that it is in.
+template <class Note>
+void ParallelSAPSpace::noteAround(Note note) {
+  const dxGeom* within = this;
+  for (dxSpace* around = parent_space; around; around = around->parent_space) {
+    ParallelSAPSpace* const own = parallelSAPSpace(around);
+    if (own && own->isLocked()) note(own->edits_, own->slots_.geoms(), Slots::slotOf(within));
+    within = around;
+  }
+}
+
+// A stock space of this one changed while callbacks run, which only its first change is sure to
+// announce.
+void ParallelSAPSpace::noteInStock(Slot slot) {
+  if (isReporting()) edits_.noteWithin(slots_.geoms(), slot);
+  noteAround([](Edits& edits, const Edits::Geoms& geoms, Slot within) {
+    edits.noteWithin(geoms, within);
+  });
 }
 
 // Callbacks may destroy geoms with every ODE. One with assertions forbids all other changes, as it
@@ -312,13 +344,13 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
   if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
   needs_clean_.store(true, std::memory_order_relaxed);
   const Slot slot = Slots::slotOf(geom);
-  if (IS_SPACE(geom) && !parallelSAPSpace(geom)) noteMayBeSilent(slot);
+  if (IS_SPACE(geom) && !parallelSAPSpace(geom)) {
+    noteMayBeSilent(slot);
+    noteInStock(slot);
+  }
   noteChange(slot);
-  if (!isLocked() || lock_count > 0) return;
-  if (!IS_SPACE(geom))
-    return require(!odeAsserts(), "a geom of a locked space moves or changes, as",
-                   "dGeomSetPosition");
-  reports_.noteChangeWithin(static_cast<dxSpace*>(geom), slot);
+  if (isReporting() && !IS_SPACE(geom))
+    require(!odeAsserts(), "a geom of a locked space moves or changes, as", "dGeomSetPosition");
 }
 
 // To the spaces of ours around this one, too.
@@ -484,7 +516,8 @@ void ParallelSAPSpace::runFrame(Collide collide) {
   const SpannedCall call(*this, Use::change);
   beginFrame(call);
   with(call.workspace() ? &call.workspace()->frame : nullptr, [&](FrameLists& lists) {
-    last_pairs_ = collide({scene(call.nested()), lists, tree_, settings_, getManualCleanup() != 0});
+    last_pairs_ = collide(
+        {scene(call.nested(), reportsOf(call)), lists, tree_, settings_, getManualCleanup() != 0});
   });
   if (call.nested()) return;
   observers_.forEach([&](SpaceObserver& observer) { observer.endFrame(this, any_moved_); });
@@ -534,13 +567,13 @@ inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
 __attribute__((noinline)) void ParallelSAPSpace::reportMany(const Call& call, dxGeom* geom,
                                                             void* data, dNearCallback* callback) {
   with(call.lists(&Workspace::query), [&](QueryLists& lists) {
+    const Reports reports = reportsOf(call);
     if (!findHits(call, geom, lists))
-      return queryWithoutMemory(scene(/*nested=*/true, call.isGuest()), settings_.rules, geom, data,
+      return queryWithoutMemory(scene(/*nested=*/true, reports), settings_.rules, geom, data,
                                 callback);
     const Buffer<dxGeom*>& geoms = slots_.geoms();
     const bool within = geom->parent_space == this;
     const Slot probe = within ? Slots::slotOf(geom) : 0;
-    const Reports& reports = reportsOf(call.isGuest());
     const Reports::Open open(reports);
     for (std::size_t hit = 0; hit < lists.hits.size(); ++hit)
       if (!reports.changed() || (geoms[lists.found[hit]] && !(within && !geoms[probe])))
@@ -559,7 +592,7 @@ __attribute__((always_inline)) inline void ParallelSAPSpace::reportFew(const Cal
     if (!passesAABBTests(geoms[__builtin_ctz(rest)], geom)) hits &= ~(rest & -rest);
   const bool within = geom->parent_space == this;
   const Slot probe = within ? Slots::slotOf(geom) : 0;
-  const Reports::Open open(reportsOf(call.isGuest()));
+  const Reports::Open open(reportsOf(call));
   for (; hits && !(within && !geoms[probe]); hits &= hits - 1)
     if (dxGeom* const own = geoms[__builtin_ctz(hits)]) callback(data, own, geom);
 }
@@ -655,7 +688,7 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
       call.isGuest() ? 1 : teamFor(request.count, grains::cast_rays, threadsFor(settings_)),
       getManualCleanup() != 0, /*trees=*/true, call.isGuest(), query_filter_};
   const Clock::time_point begin = Clock::now();
-  const Scene all = scene(/*nested=*/true, call.isGuest());
+  const Scene all = scene(/*nested=*/true, reportsOf(call));
   std::size_t hits = 0;
   with(treeOf(call), [&](GeomTree& tree) {
     with(call.lists(&Workspace::rays), [&](RayLists& lists) {
@@ -685,7 +718,7 @@ std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
                           prepare,
                           query_filter_};
   const Clock::time_point begin = Clock::now();
-  const Scene all = scene(/*nested=*/true, call.isGuest());
+  const Scene all = scene(/*nested=*/true, reportsOf(call));
   std::size_t overlaps = 0;
   with(treeOf(call), [&](GeomTree& tree) {
     with(call.lists(&Workspace::overlaps), [&](OverlapLists& lists) {

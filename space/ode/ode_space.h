@@ -104,9 +104,10 @@ class ParallelSAPSpace : public dxSpace {
   class Call;
   class SpannedCall;
 
-  const Reports& reportsOf(bool guest) const { return guest ? unchanging_ : reports_; }
-  Scene scene(bool nested, bool guest = false) {
-    return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_, reportsOf(guest)};
+  // Of a call that begins now.
+  Reports reportsOf(const Call& call);
+  Scene scene(bool nested, const Reports& reports = {}) {
+    return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_, reports};
   }
   void beginFrame(const Call& call);
   template <class Part, class Run>
@@ -143,6 +144,10 @@ class ParallelSAPSpace : public dxSpace {
   inline void reportFew(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
   void noteMember();
+  bool isReporting() const { return calls_ > 0 && lock_count == 0; }
+  void noteInStock(Slot slot);
+  template <class Note>
+  void noteAround(Note note);
   void requireOpen(const char* function, bool destroys = false) const;
   void checkUser();
   void complainOfThreads();
@@ -157,8 +162,7 @@ class ParallelSAPSpace : public dxSpace {
   dxGeom** tail_ = &first;
   std::atomic<bool> needs_clean_{false};
   int calls_ = 0;  // that run: the last ones within callbacks of the others
-  Reports reports_{this};
-  static const Reports unchanging_;     // of guests
+  Edits edits_;
   unsigned notify_all_calls_seen_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;

@@ -133,6 +133,9 @@ class Driver {
   std::string problemOfNumbers(int space, const Pairs& got) const;
   void checkEvents(int space, const Pairs& got, EventsOracle& oracle);
 
+  // Callbacks that edit a world of their own, in driver_collides.cpp.
+  void collideEditing();
+
   // Pairs in bulk, in driver_bulk.cpp.
   void collideBlocks();
 

@@ -13,11 +13,11 @@
  *   this space in that order and keeps ODE's order of arguments. As in ODE, the geom that it is
  *   called with need not be enabled, and may be zero-sized.
  * - Callbacks run on the calling thread, unless they say otherwise, with the space locked, and may
- *   collide any space. A throw leaves the space unlocked. A longjmp leaves it locked, as in ODE's
- *   spaces, and pairs stay right; events resume with the next call that is no deeper on the stack.
- * - Such callbacks may destroy geoms and, if ODE has no assertions, remove, add and move them: what
- *   left is in no further pair of the call, what came is in the next collide. Not so the geoms of
- *   dSpaceCollide2 of two spaces. Bits, bodies and enabled states are read when a collide begins.
+ *   collide any space. A throw unlocks it. A longjmp does not, as in ODE: pairs stay right, events
+ *   resume with the next call no deeper on the stack. Bits, bodies, enabled states count from later
+ *   calls on. Geoms may be destroyed and, if ODE has no assertions, removed, added and moved: what
+ *   left is in no further report of a running call, even if it came back (to a stock sub-space, it
+ *   may be); what came is in calls that begin later. Not so in dSpaceCollide2 of two spaces.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. Other
  *   bounds (infinite, inverted, denormal, huge) follow the rule above in any floating-point mode.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,

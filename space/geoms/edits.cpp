@@ -1,0 +1,153 @@
+#include "space/geoms/edits.h"
+
+#include <algorithm>
+#include <atomic>
+#include <iterator>
+#include <new>
+
+namespace ode_parallel_sap {
+
+namespace {
+
+bool isIn(const dxSpace* space, const dxGeom* geom) {
+  for (const dxGeom* own = space->first; own; own = own->next)
+    if (own == geom || (IS_SPACE(own) && isIn(static_cast<const dxSpace*>(own), geom))) return true;
+  return false;
+}
+
+}  // namespace
+
+int Edits::stampOf(dxSpace* space) {
+  static std::atomic<unsigned> stamps{0};
+  if (!isStamped(space)) {
+    space->current_geom = space;
+    space->current_index = -2 - static_cast<int>(stamps.fetch_add(1) & 0x3fffffff);
+  }
+  return space->current_index;
+}
+
+bool Edits::isFresh(const Tracked& tracked) {
+  return !tracked.stale &&
+         std::all_of(tracked.spaces.begin(), tracked.spaces.end(), [](const Stamped& each) {
+           return isStamped(each.space) && each.space->current_index == each.stamp;
+         });
+}
+
+// The number that a geom got from the scan that first saw it; 0: none has. It is in gflags, of
+// which ODE uses the lower bits and sets all when it makes a geom.
+unsigned Edits::identityOf(const dxGeom* geom) {
+  return static_cast<unsigned>(geom->gflags) >> identity_shift & most_identities;
+}
+
+unsigned Edits::identify(dxGeom* geom) {
+  static std::atomic<unsigned> identities{0};
+  const unsigned identity = 1 + identities.fetch_add(1) % most_identities;
+  geom->gflags |= static_cast<int>(identity << identity_shift);
+  return identity;
+}
+
+// Calls change(tracked), which may take place already, once the sub-space's geoms are known.
+template <class Change>
+void Edits::track(const Geoms& geoms, Slot slot, Change change) {
+  noteChange();
+  if (lost_ || !geoms[slot]) return;
+  try {
+    Tracked& tracked = tracked_[slot];
+    if (tracked.scan == 0) scan(slot, static_cast<dxSpace*>(geoms[slot]), tracked);
+    change(tracked);
+  } catch (const std::bad_alloc&) {
+    forgetAll();
+    lost_ = true;
+  }
+}
+
+void Edits::noteWithin(const Geoms& geoms, Slot slot) {
+  track(geoms, slot, [](Tracked&) {});
+}
+
+// A geom has no class while it is made: it may be a space.
+void Edits::noteCame(const Geoms& geoms, Slot slot, dxGeom* geom) {
+  track(geoms, slot, [&](Tracked& tracked) {
+    forget(geom);
+    if (geom->type < 0 || IS_SPACE(geom))
+      tracked.stale = true;
+    else
+      known_[geom] = {slot, tracked.scan, identityOf(geom) ? identityOf(geom) : identify(geom),
+                      now_};
+  });
+}
+
+void Edits::noteLeaving(const Geoms& geoms, Slot slot, const dxGeom* geom) {
+  track(geoms, slot, [&](Tracked& tracked) {
+    forget(geom);
+    tracked.stale = tracked.stale || IS_SPACE(geom);
+  });
+}
+
+void Edits::forget(const dxGeom* geom) {
+  known_.erase(geom);
+  if (IS_SPACE(geom))
+    for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next)
+      forget(own);
+}
+
+// At the first scan of a sub-space nothing had come there.
+void Edits::scan(Slot slot, dxSpace* space, Tracked& tracked) {
+  tracked.spaces.clear();
+  tracked.stale = false;
+  scanWithin(slot, space, tracked, tracked.scan++ == 0 ? 0 : now_);
+}
+
+void Edits::scanWithin(Slot slot, dxSpace* space, Tracked& tracked, std::uint64_t came) {
+  tracked.spaces.push_back({space, stampOf(space)});
+  for (dxGeom* geom = space->first; geom; geom = geom->next) {
+    if (IS_SPACE(geom)) {
+      scanWithin(slot, static_cast<dxSpace*>(geom), tracked, came);
+      continue;
+    }
+    if (geom->type < 0) tracked.stale = true;  // it is being made, and may be a space
+    Known& known = known_[geom];
+    const unsigned identity = identityOf(geom);
+    const bool stayed = identity && known.identity == identity && known.slot == slot &&
+                        known.scan > 0 && known.scan + 1 == tracked.scan;
+    known = {slot, tracked.scan, identity ? identity : identify(geom), stayed ? known.came : came};
+  }
+}
+
+void Edits::updateAll(const Geoms& geoms) try {
+  for (auto each = tracked_.begin(); each != tracked_.end();) {
+    dxGeom* const space = geoms[each->first];
+    if (space && !isFresh(each->second))
+      scan(each->first, static_cast<dxSpace*>(space), each->second);
+    each = space ? std::next(each) : tracked_.erase(each);
+  }
+} catch (const std::bad_alloc&) {
+  forgetAll();
+  lost_ = true;
+}
+
+bool Edits::holds(const Geoms& geoms, Slot slot, const dxGeom* geom, std::uint64_t begin) {
+  dxGeom* const now = geoms[slot];
+  if (!now || now == geom) return now != nullptr;
+  dxSpace* const space = static_cast<dxSpace*>(now);
+  const auto tracked = tracked_.find(slot);
+  if (tracked == tracked_.end()) return !lost_ || isIn(space, geom);
+  try {
+    if (!isFresh(tracked->second)) scan(slot, space, tracked->second);
+  } catch (const std::bad_alloc&) {
+    forgetAll();
+    lost_ = true;
+    return isIn(space, geom);
+  }
+  const auto known = known_.find(geom);
+  return known != known_.end() && known->second.slot == slot &&
+         known->second.scan == tracked->second.scan && known->second.came < begin;
+}
+
+void Edits::forgetAll() {
+  tracked_.clear();
+  known_.clear();
+  lost_ = false;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,108 @@
+// What callbacks change in a space while its calls report. Sees ODE's private headers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/geoms/ode_private.h"
+
+namespace ode_parallel_sap {
+
+// Calls have numbers that only grow, so nothing is wrong after a longjmp. A geom of the space
+// itself is known by its slot, which no other geom gets while a call runs. A geom of a sub-space is
+// known by the number of the last call that began before it came: from the first change in the
+// sub-space on its geoms are in a table.
+//
+// Spaces of ours say what comes and leaves. A stock space does not, so its list is compared with
+// the table when a call begins, and before a report of one of its geoms. A geom that left it and
+// came back in between is taken for one that stayed; another one at its address is not.
+class Edits {
+ public:
+  using Geoms = Buffer<dxGeom*>;  // of the space, by slot
+
+  // All other calls have ended.
+  void clear() {
+    if (!tracked_.empty() || lost_) forgetAll();
+  }
+  // A call begins. Returns its number.
+  std::uint64_t begin(const Geoms& geoms) {
+    if (!tracked_.empty()) updateAll(geoms);
+    return ++now_;
+  }
+
+  // A geom came or left.
+  void noteChange() { last_change_ = now_; }
+  // Something changed in the sub-space of a slot, at any depth; or a geom came there, or is about
+  // to leave.
+  void noteWithin(const Geoms& geoms, Slot slot);
+  void noteCame(const Geoms& geoms, Slot slot, dxGeom* geom);
+  void noteLeaving(const Geoms& geoms, Slot slot, const dxGeom* geom);
+
+  // The call that had begun last when any of this happened; 0: none.
+  const std::uint64_t& lastChange() const { return last_change_; }
+  // Whether a geom that was in a slot, or in the sub-space there, when the call began has stayed.
+  bool holds(const Geoms& geoms, Slot slot, const dxGeom* geom, std::uint64_t begin);
+
+  // Keeps the stamp of a space through a change of which it says what comes and leaves.
+  class Announced {
+   public:
+    explicit Announced(dxSpace* space) : space_(space), stamped_(isStamped(space)) {}
+    ~Announced() { space_->current_geom = stamped_ ? space_ : nullptr; }
+    Announced(const Announced&) = delete;
+    Announced& operator=(const Announced&) = delete;
+
+   private:
+    dxSpace* const space_;
+    const bool stamped_;
+  };
+
+ private:
+  static constexpr unsigned identity_shift = 24, most_identities = 127;  // fixed: gflags' high bits
+
+  struct Known {
+    Slot slot = 0;
+    unsigned scan = 0;  // of the slot, the last that saw it; 0: none
+    unsigned identity = 0;
+    std::uint64_t came = 0;
+  };
+  struct Stamped {
+    dxSpace* space;
+    int stamp;
+  };
+  // A sub-space in which something changed.
+  struct Tracked {
+    unsigned scan = 0;
+    bool stale = false;           // `spaces` may be gone
+    std::vector<Stamped> spaces;  // it and those in it, the outer ones first
+  };
+
+  // ODE's enumerator of a space, which each change of its list resets and dSpaceGetGeom(), by its
+  // index, takes for none.
+  static bool isStamped(const dxSpace* space) {
+    return space->current_geom == space && space->current_index < -1;
+  }
+  static int stampOf(dxSpace* space);
+  static bool isFresh(const Tracked& tracked);
+  static unsigned identityOf(const dxGeom* geom);
+  static unsigned identify(dxGeom* geom);
+
+  template <class Change>
+  void track(const Geoms& geoms, Slot slot, Change change);
+  void scan(Slot slot, dxSpace* space, Tracked& tracked);
+  void scanWithin(Slot slot, dxSpace* space, Tracked& tracked, std::uint64_t came);
+  void updateAll(const Geoms& geoms);
+  void forget(const dxGeom* geom);
+  void forgetAll();
+
+  std::uint64_t now_ = 0;  // the last call that began
+  std::uint64_t last_change_ = 0;
+  std::unordered_map<Slot, Tracked> tracked_;
+  std::unordered_map<const dxGeom*, Known> known_;  // geoms in these
+  bool lost_ = false;  // no memory: a geom that came back is taken for one that stayed
+};
+
+}  // namespace ode_parallel_sap
