@@ -206,12 +206,14 @@ TEST_CASE("All of many threads find a mesh that changed silently before they ask
       }
       constexpr int kThreads = 6;
       std::size_t found[kThreads] = {};
+      std::atomic<int> ready{0};
       together(kThreads, [&](int i) {
         const dGeomID ball = dCreateSphere(nullptr, dReal(0.5));
         dGeomSetPosition(ball, x, y, 1);
         const dParallelSAPRay ray = {{x, y, 5, 0}, {0, 0, -1, 0}, 10, 0, 0, nullptr};
         dParallelSAPRayHit hit;
         dParallelSAPProbe probe = {ball, nullptr, 0};
+        for (++ready; ready < kThreads;) std::this_thread::yield();
         found[i] = i % 3 == 0   ? dParallelSAPSpaceRays(space, &ray, 1, 0, &hit)
                    : i % 3 == 1 ? dParallelSAPSpaceOverlaps(space, &probe, 1, sizeof probe, 0,
                                                             nullptr, nullptr)
