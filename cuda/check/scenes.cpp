@@ -271,7 +271,7 @@ void filtered(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
   boxes.bodies.resizeDiscarding(n);
   for (std::size_t i = 0; i < n; ++i) {
     boxes.bits[i] = {1u << random.below(4), static_cast<std::uint32_t>(random.below(16))};
-    boxes.bodies[i] = random.below(n / 2 + 1);
+    boxes.bodies[i] = random.below(n / 2 + 1) << 32;  // all 64 bits count
   }
 }
 

@@ -70,15 +70,14 @@ inline BoundsFacts roundToFloats(const Real* bounds, Box& box) {
 // The same for a box like most: bounded, on no axis coarse, and with no bound from
 // `most_step` / coarse_share on. False for others; anything may be in `box` then. `exact` becomes
 // false if the floats may not decide every overlap as the bounds would.
-constexpr float most_bound_step = most_bound * coarse_share;
 template <class Real>
 inline bool roundFine(const Real* bounds, float most_step, Box& box, bool& exact) {
   const BoundsFacts facts = roundToFloats(bounds, box);
-  exact = exact && !facts;
   bool fine = !(facts & ~inexact_bounds);
   for (int axis = 0; axis < 3; ++axis)
     fine = fine && std::max(std::fabs(box.lower[axis]), std::fabs(box.upper[axis])) * coarse_share <
                        most_step;
+  exact = exact && !(fine && facts);
   return fine;
 }
 

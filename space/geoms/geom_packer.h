@@ -146,9 +146,9 @@ class PlainPacker {
         bits_(boxes.bits.data()),
         bodies_(boxes.bodies.data()),
         states_(states),
-        most_step_(coarse_share * (rules.tolerance > 0
-                                       ? static_cast<float>(mostFor(rules.tolerance))
-                                       : most_bound)) {}
+        tolerant_(rules.tolerance > 0),
+        most_step_(coarse_share *
+                   (tolerant_ ? static_cast<float>(mostFor(rules.tolerance)) : most_bound)) {}
 
   static SlotState usualState(const PackRules& rules) {
     return rules.notified ? unwatched_state : 0;
@@ -172,7 +172,7 @@ class PlainPacker {
   // A box that may be coarse.
   bool packOther(const dxGeom* geom, Slot slot, UpdateFacts& facts) const {
     const BoundsFacts rounded = roundToFloats(geom->aabb, boxes_[slot]);
-    if (most_step_ < most_bound_step || rounded & (nan_bounds | unbounded_bounds)) return false;
+    if (tolerant_ || rounded & (nan_bounds | unbounded_bounds)) return false;
     if (rounded & inexact_bounds) facts.exact_boxes = false;
     if (rounded & coarse_bounds) {
       states_[slot] |= coarse_state;
@@ -185,6 +185,7 @@ class PlainPacker {
   FilterBits* bits_;
   BodyKey* bodies_;
   SlotState* states_;
+  bool tolerant_;
   float most_step_;
 };
 

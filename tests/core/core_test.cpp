@@ -206,6 +206,7 @@ TEST_CASE("Rounding in vectors gives what it gives one by one, for boxes of ever
   sap_test::Random random(sap_test::seedOr(1));
   const double special[] = {0.0,    -0.0,   NAN,     HUGE_VAL, -HUGE_VAL,
                             1e-310, 3.5e38, 1.7e308, -1.7e308, std::numeric_limits<float>::max()};
+  int fine_boxes = 0;
   for (int round = 0; round < sap_test::scaled(200000); ++round) {
     const double size = std::pow(10, random.between(-60, 60));
     double bounds[6];
@@ -225,7 +226,20 @@ TEST_CASE("Rounding in vectors gives what it gives one by one, for boxes of ever
     if (truth & nan_bounds) continue;  // the box is of no use
     REQUIRE(std::memcmp(&box, &wanted, sizeof box) == 0);
     REQUIRE(facts == truth);
+    const float most = random.chance(0.5) ? std::numeric_limits<float>::max()
+                                          : static_cast<float>(size * random.between(0, 4));
+    Box fine_box = {};
+    bool exact = true;
+    const bool fine = roundFine(bounds, most * coarse_share, fine_box, exact);
+    fine_boxes += fine;
+    REQUIRE(!(fine && truth & ~inexact_bounds));
+    REQUIRE(exact == !(fine && truth & inexact_bounds));
+    if (fine) REQUIRE(std::memcmp(&fine_box, &wanted, sizeof box) == 0);
+    for (const float bound :
+         {box.lower[0], box.lower[1], box.lower[2], box.upper[0], box.upper[1], box.upper[2]})
+      REQUIRE((!fine || std::fabs(bound) < most));
   }
+  CHECK(fine_boxes > 0);
 }
 
 TEST_CASE("Threads that take from one another's parts take every index once") {

@@ -31,7 +31,7 @@ Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered)
     }
     boxes.exact = !(roundToFloats<double>(bounds, boxes.boxes[i]) & inexact_bounds) && boxes.exact;
     boxes.bits[i] = {1u << i % 3, 1u << i % 2 | 4};
-    boxes.bodies[i] = i % 5 == 0 ? 1 + i % 4 : 0;
+    boxes.bodies[i] = i % 5 == 0 ? BodyKey{1 + i % 4} << 32 : 0;  // all 64 bits count
   }
   boxes.exact = boxes.exact || wide;
   for (const auto& [i, j] : sap_test::expectedPairs(scene)) {
