@@ -145,6 +145,12 @@ void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const
   const Unreported* resting = restingFrom(number);
   const Unreported* const resting_end = restingFrom(number + 1);
   while (place < end || previous < previous_end || resting < resting_end) {
+    // Most pairs last, and rarely does any slot change or a pair rest.
+    if (!slots_changed_ && resting == resting_end)
+      for (; place < end && previous < previous_end &&
+             next_.pairs[place] == previous_.pairs[previous];
+           ++place, ++previous)
+        if (!given_) next_.numbers[place] = previous_.numbers[previous];
     const Pair next = place < end ? inPreviousSlots(next_.pairs[place]) : ~Pair{0};
     const Pair reported = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
     const Pair rested = resting < resting_end ? resting->pair : ~Pair{0};

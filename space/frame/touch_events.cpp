@@ -50,16 +50,17 @@ void TouchEvents::list(const ContactPairs& contacts, const NarrowPhase& found,
   const Buffer<Pair>& all = pairs.list();
   pairs_.clear(1);
   Buffer<Pair>& touching = pairs_.parts[0];
-  numbers_.resizeDiscarding(0);
-  places_.resizeDiscarding(0);
+  touching.resizeDiscarding(list.size());
+  numbers_.resizeDiscarding(list.size());
+  places_.resizeDiscarding(list.size());
   next_within_.resizeDiscarding(0);
-  std::size_t place = 0;
+  std::size_t place = 0, touches = 0;
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (!found.touches(i)) continue;
-    const auto [o1, o2] = list[i];
     if (slots.size() == 0) {
       place = i;
     } else {
+      const auto [o1, o2] = list[i];
       const Slot a = earlierOf(slots[i]), b = laterOf(slots[i]);
       const Pair pair = makePair(std::min(a, b), std::max(a, b));
       while (place < all.size() && all[place] < pair) ++place;
@@ -69,10 +70,13 @@ void TouchEvents::list(const ContactPairs& contacts, const NarrowPhase& found,
         continue;
       }
     }
-    touching.push_back(all[place]);
-    numbers_.push_back(pairs.numbers()[place]);
-    places_.push_back(place);
+    touching[touches] = all[place];
+    numbers_[touches] = pairs.numbers()[place];
+    places_[touches++] = place;
   }
+  touching.resize(touches);
+  numbers_.resize(touches);
+  places_.resize(touches);
 }
 
 // The entry of the touch of two geoms, in any order, or a free one. Entries count from 1, first the
