@@ -37,6 +37,23 @@ std::size_t give(const Buffer<dParallelSAPPairEvent>& events, const dParallelSAP
   return events.size();
 }
 
+// Spaces that are asked for events: those without say so.
+ParallelSAPSpace& withPairs(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
+  ParallelSAPSpace& own = checked(space, caller);
+  if (!(own.eventKinds() & dParallelSAPEventPairs))
+    own.complaints().ofEventsOff(caller, "dParallelSAPEventPairs");
+  return own;
+}
+
+ParallelSAPSpace& withTouches(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
+  ParallelSAPSpace& own = checked(space, caller);
+  if (!(own.eventKinds() & dParallelSAPEventTouches))
+    own.complaints().ofEventsOff(caller, "dParallelSAPEventTouches");
+  else if (own.touches().lastHadNoContacts())
+    own.complaints().ofNoContacts(caller);
+  return own;
+}
+
 // Of version 0.1.
 constexpr std::size_t old_ray_size =
     offsetof(dParallelSAPRay, collide_bits) + sizeof(dParallelSAPRay::collide_bits);
@@ -224,35 +241,48 @@ int dParallelSAPSpaceGetTrace(dSpaceID space) {
   return trace ? trace->every() : 0;
 }
 
-void dParallelSAPSpaceSetEvents(dSpaceID space, int on) {
-  checked(space).turnEvents(on != 0);
+void dParallelSAPSpaceSetEvents(dSpaceID space, int events) {
+  ParallelSAPSpace& own = checked(space);
+  const bool known = (events & ~(dParallelSAPEventPairs | dParallelSAPEventTouches)) == 0;
+  dUASSERT(known, "unknown events");
+  if (known) own.turnEvents(events);
 }
 
 int dParallelSAPSpaceGetEvents(dSpaceID space) {
-  return checked(space).hasEvents();
+  return checked(space).eventKinds();
 }
 
 size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space, const dParallelSAPPairEvent** pairs) {
   dAASSERT(pairs);
-  return give(checked(space).events().begun(), pairs);
+  return give(withPairs(space).events().begun(), pairs);
 }
 
 size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space, const dParallelSAPPairEvent** pairs) {
   dAASSERT(pairs);
-  return give(checked(space).events().ended(), pairs);
+  return give(withPairs(space).events().ended(), pairs);
 }
 
 size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space, const unsigned** numbers) {
   dAASSERT(numbers);
-  const PairEvents& events = checked(space).events();
+  const PairEvents& events = withPairs(space).events();
   *numbers = events.pairs() ? events.numbers() : nullptr;
   return events.pairs();
 }
 
 int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2, unsigned* number) {
-  ParallelSAPSpace& own = checked(space);
+  ParallelSAPSpace& own = withPairs(space);
   dAASSERT(o1 && o2 && number);
   return own.findPair(o1, o2, *number);
+}
+
+size_t dParallelSAPSpaceGetBegunTouches(dSpaceID space, const dParallelSAPPairEvent** touches) {
+  dAASSERT(touches);
+  return give(withTouches(space).touches().begun(), touches);
+}
+
+size_t dParallelSAPSpaceGetEndedTouches(dSpaceID space, const dParallelSAPPairEvent** touches) {
+  dAASSERT(touches);
+  return give(withTouches(space).touches().ended(), touches);
 }
 
 int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most) {

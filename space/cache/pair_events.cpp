@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/geoms/ode_private.h"
@@ -36,20 +37,33 @@ void PairEvents::trackSlots() {
   std::iota(previous_slots_.begin(), previous_slots_.end(), Slot{0});
 }
 
-bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads) try {
+bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, const PackRules& rules,
+                        int threads, const Given* given) try {
   freeNumbers();
-  const int team = teamFor(pairs.size() + previous_.pairs.size(), grains::passed_pairs, threads);
+  const int team = teamFor(pairs.size() + previous_.pairs.size() + resting_.size(),
+                           grains::passed_pairs, threads);
   listPreviousGeoms(geoms);
   cutBoth(
       pairs, chunkOf(pairs.size(), chunk_pairs, team), previous_.pairs.begin(),
       previous_.pairs.end(), [this](Pair pair) { return inPreviousSlots(pair); }, spans_);
-  places_.resize(spans_.size());
+  changes_.resize(spans_.size());
+  given_ = given != nullptr;
+  if (given) {
+    std::swap(next_.numbers, given->numbers);
+    std::swap(next_.places, given->places);
+  }
   next_.resize(pairs.size());
-  runChunks(comparing, team, spans_.size(), 1,
-            [&](const Range& range, int) { compare(spans_[range.begin], places_[range.begin]); });
+  const PairRule rule(rules);
+  {
+    const ScopedMode mode(exactMode());
+    runChunks(comparing, team, spans_.size(), 1,
+              [&](const Range& range, int) { compare(range.begin, geoms, rule); });
+  }
+  callAABBTests(geoms);
   previous_slots_.reserve(geoms.size());  // for trackSlots()
-  writeEvents(geoms);
+  writeEvents(geoms, given);
   std::swap(previous_, next_);
+  std::swap(resting_, next_resting_);
   last_slots_ = geoms.size();
   slots_changed_ = false;
   has_events_ = true;
@@ -74,7 +88,8 @@ void PairEvents::updateUnknown() {
 
 // The events of the last frame are over, and the numbers of its ended pairs free.
 void PairEvents::freeNumbers() {
-  for (const Event& event : ended_) free_.give(event.number);
+  if (!given_)
+    for (const Event& event : ended_) free_.give(event.number);
   begun_.resizeDiscarding(0);
   ended_.resizeDiscarding(0);
 }
@@ -100,51 +115,114 @@ void PairEvents::listPreviousGeoms(const Buffer<dxGeom*>& geoms) {
       previous_geoms_[previous] = geoms[slot];
 }
 
-// Copies the new pairs, and the numbers of pairs that are in both frames.
-void PairEvents::compare(const PairSpan& span, Places& places) {
-  places.begun.resizeDiscarding(0);
-  places.ended.resizeDiscarding(0);
+// Of a pair that is not reported any more.
+PairEvents::State PairEvents::stateOf(Pair pair, const Buffer<dxGeom*>& geoms,
+                                      const PairRule& rule) const {
+  const dxGeom *const a = previousGeom(earlierOf(pair), geoms), *const b = previousGeom(
+                                                                    laterOf(pair), geoms);
+  if (!a || !b || !rule.isLeftOutAtRest(a, b)) return State::ends;
+  return hasAABBTest(a) || hasAABBTest(b) ? State::rests_by_aabb_tests : State::rests;
+}
+
+// The first pair at rest that belongs to this span or a later one.
+const PairEvents::Unreported* PairEvents::restingFrom(std::size_t span) const {
+  if (span == 0) return resting_.begin();
+  if (span == spans_.size()) return resting_.end();
+  return std::lower_bound(resting_.begin(), resting_.end(), inPreviousSlots(*spans_[span].begin),
+                          [](const Unreported& resting, Pair pair) { return resting.pair < pair; });
+}
+
+// Copies the new pairs, and the numbers of pairs that last.
+void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const PairRule& rule) {
+  const PairSpan& span = spans_[number];
+  Changes& changes = changes_[number];
+  changes.begun.resizeDiscarding(0);
+  changes.unreported.resizeDiscarding(0);
   std::copy(span.begin, span.end, next_.pairs.data() + span.place);
   const std::size_t end = span.place + static_cast<std::size_t>(span.end - span.begin);
   const std::size_t previous_end = span.other_end - previous_.pairs.begin();
   std::size_t place = span.place, previous = span.other - previous_.pairs.begin();
-  while (place < end || previous < previous_end) {
+  const Unreported* resting = restingFrom(number);
+  const Unreported* const resting_end = restingFrom(number + 1);
+  while (place < end || previous < previous_end || resting < resting_end) {
+    // Most pairs last, and rarely does any slot change or a pair rest.
+    if (!slots_changed_ && resting == resting_end)
+      for (; place < end && previous < previous_end &&
+             next_.pairs[place] == previous_.pairs[previous];
+           ++place, ++previous)
+        if (!given_) next_.numbers[place] = previous_.numbers[previous];
     const Pair next = place < end ? inPreviousSlots(next_.pairs[place]) : ~Pair{0};
-    const Pair before = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
-    if (next == before)
-      next_.numbers[place++] = previous_.numbers[previous++];
-    else if (next < before)
-      places.begun.push_back(place++);
-    else
-      places.ended.push_back(previous++);
+    const Pair reported = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
+    const Pair rested = resting < resting_end ? resting->pair : ~Pair{0};
+    if (rested < next && rested < reported) {
+      changes.unreported.push_back(
+          {rested, resting->place, resting->number, stateOf(rested, geoms, rule)});
+      ++resting;
+    } else if (reported < next) {
+      changes.unreported.push_back({reported, previous_.placeOf(previous),
+                                    previous_.numbers[previous], stateOf(reported, geoms, rule)});
+      ++previous;
+    } else if (next == reported) {
+      if (!given_) next_.numbers[place] = previous_.numbers[previous];
+      ++place, ++previous;
+    } else if (next == rested) {
+      if (!given_) next_.numbers[place] = resting->number;
+      ++place, ++resting;
+    } else {
+      changes.begun.push_back(place++);
+    }
   }
 }
 
+// On the calling thread, in the program's floating-point mode.
+void PairEvents::callAABBTests(const Buffer<dxGeom*>& geoms) {
+  for (Changes& changes : changes_)
+    for (Unreported& pair : changes.unreported)
+      if (pair.state == State::rests_by_aabb_tests)
+        pair.state = passesAABBTests(previousGeom(earlierOf(pair.pair), geoms),
+                                     previousGeom(laterOf(pair.pair), geoms))
+                         ? State::rests
+                         : State::ends;
+}
+
 // Allocates all memory before it takes the first number.
-void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
-  std::size_t count_begun = 0, count_ended = 0;
-  for (const Places& places : places_) {
-    count_begun += places.begun.size();
-    count_ended += places.ended.size();
+void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms, const Given* given) {
+  std::size_t count_begun = 0, count_ended = 0, count_resting = 0;
+  for (const Changes& changes : changes_) {
+    count_begun += changes.begun.size();
+    for (const Unreported& pair : changes.unreported)
+      ++(pair.state == State::ends ? count_ended : count_resting);
   }
+  begun_.reserve(count_begun + (given ? given->more_begun : 0));
+  ended_.reserve(count_ended + (given ? given->more_ended : 0));
+  next_resting_.resizeDiscarding(count_resting);
+  if (!given) free_.reserve(count_begun);
   begun_.resizeDiscarding(count_begun);
   ended_.resizeDiscarding(count_ended);
-  free_.reserve(previous_.pairs.size() + count_begun);
   Event *begun = begun_.data(), *ended = ended_.data();
-  // Null where a geom has left.
-  const Buffer<dxGeom*>& of_previous = slots_changed_ ? previous_geoms_ : geoms;
-  for (const Places& places : places_) {
-    for (const std::size_t place : places.begun) {
+  Unreported* resting = next_resting_.data();
+  for (const Changes& changes : changes_) {
+    for (const std::size_t place : changes.begun) {
       const Pair pair = next_.pairs[place];
-      const Number number = next_.numbers[place] = free_.take();
-      *begun++ = {geoms[earlierOf(pair)], geoms[laterOf(pair)], place, number};
+      if (!given) next_.numbers[place] = free_.take();
+      *begun++ = {geoms[earlierOf(pair)], geoms[laterOf(pair)], next_.placeOf(place),
+                  next_.numbers[place]};
     }
-    for (const std::size_t place : places.ended) {
-      const Pair pair = previous_.pairs[place];
-      *ended++ = {of_previous[earlierOf(pair)], of_previous[laterOf(pair)], place,
-                  previous_.numbers[place]};
+    for (const Unreported& pair : changes.unreported) {
+      // Null where a geom has left.
+      dxGeom *const a = previousGeom(earlierOf(pair.pair), geoms), *const b = previousGeom(
+                                                                       laterOf(pair.pair), geoms);
+      if (pair.state == State::ends)
+        *ended++ = {a, b, pair.place, pair.number};
+      else
+        *resting++ = {slots_changed_ ? makePair(Slots::slotOf(a), Slots::slotOf(b)) : pair.pair,
+                      pair.place, pair.number, pair.state};
     }
   }
+  // Those that rested have places of earlier frames.
+  const auto isBefore = [](const Event& a, const Event& b) { return a.place < b.place; };
+  if (!std::is_sorted(ended_.begin(), ended_.end(), isBefore))
+    std::stable_sort(ended_.begin(), ended_.end(), isBefore);
 }
 
 std::size_t PairEvents::placeOf(Slot a, Slot b) const {
@@ -161,11 +239,13 @@ void PairEvents::release() {
   begun_.release();
   ended_.release();
   next_ = NumberedPairs();
+  next_resting_.release();
   previous_geoms_.release();
-  places_ = std::vector<Places>();
+  changes_ = std::vector<Changes>();
   try {
     previous_.pairs.shrink();
     previous_.numbers.shrink();
+    resting_.shrink();
   } catch (const std::bad_alloc&) {  // they stay as they are
   }
 }

@@ -14,6 +14,7 @@
 #include "space/base/pair_list.h"
 #include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
+#include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
 
@@ -23,10 +24,10 @@ class PairNumbers {
   using Number = unsigned;
   static constexpr std::size_t most = std::numeric_limits<Number>::max();
 
-  // Room for `count` numbers in use. Throws std::bad_alloc; take() and give() do not.
+  // Room for `count` more numbers. Throws std::bad_alloc; take() and give() do not.
   void reserve(std::size_t count) {
-    if (count > most) throw std::bad_alloc();
-    given_back_.growTo(count);
+    if (count > most - unused_) throw std::bad_alloc();
+    given_back_.growTo(unused_ + count);
   }
   // The lowest free number. There is room.
   Number take() {
@@ -51,6 +52,9 @@ class PairNumbers {
 // with the pairs of the next frame. A pair of both frames keeps its number; each other pair is an
 // event. The same loop writes the next copy. Threads share its pieces.
 //
+// A pair that the next frame leaves out only because it rests does not end. It is kept apart, with
+// its number, until it is reported again or ends.
+//
 // Between two frames geoms leave their slots, and slots are closed up. So new pairs are compared by
 // the slots of the previous frame. Geoms that came since get names above all of these slots. Geoms
 // keep their order when slots are closed up, so new pairs ascend by these names, too.
@@ -64,18 +68,33 @@ class PairEvents {
   // The slots are about to be closed up; null: no geom.
   void closeSlots(const Buffer<dxGeom*>& geoms);
 
+  // Numbers and places that the pairs have elsewhere, by place in this list. They are taken away.
+  // Room is made for more events.
+  struct Given {
+    Buffer<Number>& numbers;
+    Buffer<std::size_t>& places;
+    std::size_t more_begun, more_ended;
+  };
   // Compares the pairs of a frame with the previous pairs, and replaces these. Without memory it
   // returns false: the frame has no events, and the previous pairs stay for the next one.
-  bool update(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads);
+  bool update(const PairList& pairs, const Buffer<dxGeom*>& geoms, const PackRules& rules,
+              int threads, const Given* given = nullptr);
   // The same for a frame whose pairs are those of the last frame. Returns false, and changes
   // nothing, if that had no events or slots changed since.
   bool updateSame();
   // The frame has no list of pairs, and so no events.
   void updateUnknown();
 
-  // Of the last frame with events, in the order of its pairs and in that of the previous pairs.
+  // Of the last frame with events, both by place.
   const Buffer<Event>& begun() const { return begun_; }
   const Buffer<Event>& ended() const { return ended_; }
+  Buffer<Event>& begun() { return begun_; }
+  Buffer<Event>& ended() { return ended_; }
+  bool hasEvents() const { return has_events_; }
+  // The pairs of the last frame, by slots of then.
+  const Buffer<Pair>& list() const { return previous_.pairs; }
+  // For pairs that are known elsewhere.
+  PairNumbers& pool() { return free_; }
   // By place; of no pair if the last frame had no events.
   const Number* numbers() const { return previous_.numbers.data(); }
   std::size_t pairs() const { return has_events_ ? previous_.pairs.size() : 0; }
@@ -85,24 +104,35 @@ class PairEvents {
   // Gives back the events, and storage that the next frame can do without.
   void release();
   std::size_t bytes() const {
-    return bytesOf(previous_, next_, previous_slots_, free_, begun_, ended_, previous_geoms_,
-                   spans_, places_);
+    return bytesOf(previous_, next_, resting_, next_resting_, previous_slots_, free_, begun_,
+                   ended_, previous_geoms_, spans_, changes_);
   }
 
  private:
   struct NumberedPairs {
     Buffer<Pair> pairs;
     Buffer<Number> numbers;
+    Buffer<std::size_t> places;  // if they are given
     void resize(std::size_t size) {
       pairs.resizeDiscarding(size);
       numbers.resizeDiscarding(size);
     }
-    std::size_t bytes() const { return bytesOf(pairs, numbers); }
+    std::size_t placeOf(std::size_t i) const { return places.size() ? places[i] : i; }
+    std::size_t bytes() const { return bytesOf(pairs, numbers, places); }
   };
-  // Places of the events of a span.
-  struct alignas(64) Places {
-    Buffer<std::size_t> begun, ended;
-    std::size_t bytes() const { return bytesOf(begun, ended); }
+  // A pair that the next frame does not report.
+  enum class State : unsigned char { ends, rests, rests_by_aabb_tests };
+  struct Unreported {
+    Pair pair;  // by slots of the previous frame
+    std::size_t place;
+    Number number;
+    State state;
+  };
+  // Of a span: the places of pairs that begin, and those that are not reported.
+  struct alignas(64) Changes {
+    Buffer<std::size_t> begun;
+    Buffer<Unreported> unreported;
+    std::size_t bytes() const { return bytesOf(begun, unreported); }
   };
 
   void trackSlots();
@@ -110,11 +140,19 @@ class PairEvents {
   void listPreviousGeoms(const Buffer<dxGeom*>& geoms);
   Slot previousSlot(Slot slot) const;
   Pair inPreviousSlots(Pair pair) const;
-  void compare(const PairSpan& span, Places& places);
-  void writeEvents(const Buffer<dxGeom*>& geoms);
+  dxGeom* previousGeom(Slot slot, const Buffer<dxGeom*>& geoms) const {
+    return (slots_changed_ ? previous_geoms_ : geoms)[slot];
+  }
+  State stateOf(Pair pair, const Buffer<dxGeom*>& geoms, const PairRule& rule) const;
+  const Unreported* restingFrom(std::size_t span) const;
+  void compare(std::size_t span, const Buffer<dxGeom*>& geoms, const PairRule& rule);
+  void callAABBTests(const Buffer<dxGeom*>& geoms);
+  void writeEvents(const Buffer<dxGeom*>& geoms, const Given* given);
 
   bool has_events_ = false;  // the last frame
+  bool given_ = false;       // numbers and places are
   NumberedPairs previous_, next_;
+  Buffer<Unreported> resting_, next_resting_;  // ascending
   PairNumbers free_;
   Buffer<Event> begun_, ended_;
 
@@ -126,7 +164,7 @@ class PairEvents {
 
   Buffer<dxGeom*> previous_geoms_;  // by previous slot, during an update, likewise
   std::vector<PairSpan> spans_;     // new pairs, and the previous ones that belong to them
-  std::vector<Places> places_;      // of the spans
+  std::vector<Changes> changes_;    // of the spans
 };
 
 }  // namespace ode_parallel_sap

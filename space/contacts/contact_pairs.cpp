@@ -47,6 +47,7 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
     slots_.push_back(slots);
     return list_.push_back(pair);
   } catch (const std::bad_alloc&) {
+    is_complete_ = false;
   }
   try {
     NarrowPhase::collideOneByOne(*this, request_);

@@ -29,6 +29,10 @@ class ContactPairs {
   void add(const PairList& pairs, bool spaces, int threads);
 
   const Buffer<dParallelSAPPair>& list() const { return list_; }
+  // Whether none was reported already.
+  bool isComplete() const { return is_complete_; }
+  // The pair of slots behind each pair of the list; empty if that is the pairs of the scene.
+  const Buffer<Pair>& slots() const { return slots_; }
   const Scene& scene() const { return scene_; }
   // Whether both geoms of the pair at a place, no less than in any call before, are still there.
   bool stays(std::size_t place);
@@ -44,7 +48,8 @@ class ContactPairs {
   Buffer<Pair>& slots_;
   std::optional<PairCursor> cursor_;  // in the pairs of the scene, if they are the list
   Pair top_ = 0;                      // the pair of the scene that is added
-  int depth_ = 0;                     // of pairs with spaces that are gone through
+  bool is_complete_ = true;
+  int depth_ = 0;  // of pairs with spaces that are gone through
   std::exception_ptr failure_;
 };
 

@@ -92,6 +92,7 @@ class NarrowPhase {
     const Found& found = found_[pair];
     return {shares_[found.thread].contacts.data() + found.first, found.count};
   }
+  bool touches(std::size_t pair) const { return found_[pair].count != 0; }
   // Adds the contacts, and the pairs of boxes that are apart.
   void count(dParallelSAPStats& stats) const;
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }

@@ -67,10 +67,25 @@ class Complaints {
                "parallel SAP space: out of memory, a later frame reports the pairs that began "
                "and ended");
   }
+  // On any thread.
+  void ofEventsOff(const char* function, const char* kind) {
+    if (!events_off_.exchange(true))
+      dMessage(0,
+               "parallel SAP space: %s() finds nothing, as dParallelSAPSpaceSetEvents has not "
+               "switched %s on",
+               function, kind);
+  }
+  void ofNoContacts(const char* function) {
+    if (!no_contacts_.exchange(true))
+      dMessage(0,
+               "parallel SAP space: %s() finds nothing, as the last collide was not "
+               "dParallelSAPSpaceCollideContacts and changed no touch",
+               function);
+  }
 
  private:
   std::unique_ptr<std::unordered_set<const dxGeom*>> invalid_;
-  std::atomic<bool> two_threads_{false};
+  std::atomic<bool> two_threads_{false}, events_off_{false}, no_contacts_{false};
   bool too_long_ = false, no_memory_ = false, unreported_events_ = false, unannounced_ = false;
 };
 

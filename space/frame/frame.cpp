@@ -60,6 +60,7 @@ inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairRecei
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   statistics_.beginFrame();
+  beginTouches(call, /*contacts=*/false);
   const PairReceiver receiver = {data, callback, nullptr, true};
   if (isSmall(call)) return endFrame(collideSmall(call, receiver, watchers_).pairs);
   return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
@@ -69,6 +70,7 @@ std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* 
 
 std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
   statistics_.beginFrame();
+  beginTouches(call, /*contacts=*/false);
   if (!isSmall(call) || !hasRoom(call.lists, PairBlock::size))
     return collideManyPairs(call, request);
   PairBlock block(request, call.lists.large->contact_pairs.data());
@@ -93,6 +95,7 @@ __attribute__((noinline)) std::size_t Pipeline::collideManyPairs(const FrameCall
 std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request,
                                       LargeLists& lists) {
   statistics_.beginFrame();
+  beginTouches(call, /*contacts=*/true);
   Frame frame = {call, decide(call)};
   ContactPairs pairs(request, call.scene, lists.contact_pairs, lists.contact_slots);
   const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr, false};
@@ -111,6 +114,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   try {
     const int used =
         narrow_phase.run(pairs.list(), request, frame.plan.most_threads, call.manual_cleanup);
+    updateTouches(frame, pairs, narrow_phase);
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
     narrow_phase.count(frame.stats);
@@ -287,8 +291,29 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
   if (!events_ || frame.call.scene.nested) return;
   if (are_same && events_->updateSame()) return;
   frame.clock.begin(Stage::events);
-  if (!events_->update(pairs, frame.call.scene.slots, frame.plan.threads))
+  if (!events_->update(pairs, frame.call.scene.slots, frame.plan.rules, frame.plan.threads))
     complaints_.ofUnreportedEvents();
+}
+
+// Of a frame whose pairs have numbers and whose contacts are all known.
+void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found) {
+  if (!touches_ || frame.call.scene.nested) return;
+  frame.clock.begin(Stage::events);
+  if (!events_->hasEvents() || !pairs.isComplete() ||
+      !touches_->update(pairs, found, *events_, frame.plan.rules, frame.plan.threads))
+    complaints_.ofUnreportedEvents();
+}
+
+void Pipeline::turnEvents(int kinds) {
+  if (touches_ && !(kinds & dParallelSAPEventTouches)) {
+    touches_->end(*events_);
+    touches_.reset();
+  }
+  if (!kinds) events_.reset();
+  event_kinds_ = 0;
+  if (!kinds || !made(events_)) return;
+  event_kinds_ = kinds & dParallelSAPEventPairs;
+  if (kinds & dParallelSAPEventTouches && made(touches_)) event_kinds_ |= dParallelSAPEventTouches;
 }
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) {
@@ -374,6 +399,7 @@ void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
   if (stages_) stages_->cache.stop();
   if (last_stage_) last_stage_->noteNewSlots();
   if (events_) events_->closeSlots(geoms);
+  if (touches_) touches_->closeSlots(geoms);
 }
 
 void Pipeline::release(int part, FrameLists& lists) {
@@ -388,6 +414,7 @@ void Pipeline::release(int part, FrameLists& lists) {
       break;
     case 2:
       if (events_) events_->release();
+      if (touches_) touches_->release();
       if (last_stage_) last_stage_->release();
       break;
     default:  // at last: frames that find all anew begin to fill the cache
@@ -397,7 +424,7 @@ void Pipeline::release(int part, FrameLists& lists) {
 }
 
 std::size_t Pipeline::bytes() const {
-  return bytesOf(stages_, events_, last_stage_, small_scenes_);
+  return bytesOf(stages_, events_, touches_, last_stage_, small_scenes_);
 }
 
 }  // namespace ode_parallel_sap

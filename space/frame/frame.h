@@ -16,6 +16,7 @@
 #include "space/frame/policy.h"
 #include "space/frame/small_scenes.h"
 #include "space/frame/statistics.h"
+#include "space/frame/touch_events.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
 #include "space/geoms/space_observer.h"
@@ -122,19 +123,26 @@ class Pipeline {
     if (stages_) stages_->cache.noteAll();
   }
   // A geom leaves its slot.
-  void noteDeparture(const dxGeom* geom, Slot slot) {
+  void noteDeparture(dxGeom* geom, Slot slot) {
     complaints_.forget(geom);
+    TouchEvents::forget(geom);
     if (events_) events_->removeGeom(slot);
+    if (touches_) touches_->removeGeom(slot);
   }
   // The slots of these geoms are about to be closed up.
   void closeSlots(const Buffer<dxGeom*>& geoms);
 
-  // Without memory they stay off.
-  void turnEvents(bool on) { on ? void(made(events_)) : events_.reset(); }
-  bool hasEvents() const { return events_ != nullptr; }
+  // Those of dParallelSAPEventPairs and -Touches. Touches have the numbers of pairs, so the pairs'
+  // are kept for them, too. Without memory they stay off.
+  void turnEvents(int kinds);
+  int eventKinds() const { return event_kinds_; }
   const PairEvents& events() const {
     static const PairEvents off;
-    return events_ ? *events_ : off;
+    return event_kinds_ & dParallelSAPEventPairs ? *events_ : off;
+  }
+  const TouchEvents& touches() const {
+    static const TouchEvents off;
+    return touches_ ? *touches_ : off;
   }
   Complaints& complaints() { return complaints_; }
   Statistics& statistics() { return statistics_; }
@@ -175,6 +183,10 @@ class Pipeline {
   void noteUpdate(Frame& frame);
   const PairList& select(Frame& frame);
   void updateEvents(Frame& frame, const PairList& pairs, bool are_same);
+  void beginTouches(const FrameCall& call, bool contacts) {
+    if (touches_ && !call.scene.nested) touches_->beginFrame(*events_, contacts);
+  }
+  void updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found);
   void learn(const Frame& frame, const Found* found);
   void showPairs(const Frame& frame, const PairList& pairs);
   void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
@@ -187,7 +199,9 @@ class Pipeline {
   }
 
   std::unique_ptr<Stages> stages_;
-  std::unique_ptr<PairEvents> events_;  // if they are on
+  int event_kinds_ = 0;
+  std::unique_ptr<PairEvents> events_;    // if any are on
+  std::unique_ptr<TouchEvents> touches_;  // if these are on
   std::unique_ptr<LastStage> last_stage_;
   SmallScenes small_scenes_;
   Complaints complaints_;

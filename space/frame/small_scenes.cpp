@@ -252,7 +252,8 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
     counts.pairs = filter(lists, [](PlacePair pair, dxGeom* a, dxGeom* b) {
       return !pair.isLeftOut() && passesAABBTests(a, b);
     });
-  if (events && !updateEvents(scene, lists, counts.pairs, *events)) complaints.ofUnreportedEvents();
+  if (events && !updateEvents(scene, rules, lists, counts.pairs, *events))
+    complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
   statistics.noteSmall(counts);
@@ -273,8 +274,8 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
 }
 
 // False without memory for it.
-bool SmallScenes::updateEvents(const Scene& scene, const SmallLists& lists, unsigned pair_count,
-                               PairEvents& events) {
+bool SmallScenes::updateEvents(const Scene& scene, const PackRules& rules, const SmallLists& lists,
+                               unsigned pair_count, PairEvents& events) {
   if (lists.same && events.updateSame()) return true;
   try {
     if (!made(event_pairs_)) throw std::bad_alloc();
@@ -290,7 +291,7 @@ bool SmallScenes::updateEvents(const Scene& scene, const SmallLists& lists, unsi
     events.updateUnknown();
     return false;
   }
-  return events.update(*event_pairs_, scene.slots, 1);
+  return events.update(*event_pairs_, scene.slots, rules, 1);
 }
 
 }  // namespace ode_parallel_sap

@@ -68,8 +68,8 @@ class SmallScenes {
   std::size_t bytes() const { return bytesOf(event_pairs_); }
 
  private:
-  bool updateEvents(const Scene& scene, const SmallLists& lists, unsigned pair_count,
-                    PairEvents& events);
+  bool updateEvents(const Scene& scene, const PackRules& rules, const SmallLists& lists,
+                    unsigned pair_count, PairEvents& events);
 
   std::uint64_t changes_ = 1;
   std::unique_ptr<PairList> event_pairs_;  // by slot

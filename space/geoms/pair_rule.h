@@ -21,6 +21,13 @@ inline bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
          q[4] <= p[5];
 }
 
+// The same of boxes that may be so far apart on each axis.
+inline bool boxesAreNear(const dxGeom* a, const dxGeom* b, dReal distance) {
+  const dReal *const p = a->aabb, *const q = b->aabb;
+  return p[0] <= q[1] + distance && q[0] <= p[1] + distance && p[2] <= q[3] + distance &&
+         q[2] <= p[3] + distance && p[4] <= q[5] + distance && q[4] <= p[5] + distance;
+}
+
 inline bool filtersMatch(const dxGeom* a, const dxGeom* b) {
   return !(a->body && a->body == b->body) &&
          ((a->category_bits & b->collide_bits) || (b->category_bits & a->collide_bits));
@@ -103,6 +110,12 @@ class PairRule {
   // Whether a pair found earlier still is one: its geoms may be disabled or have other bits now.
   bool isStillPair(const dxGeom* a, const dxGeom* b) const {
     return isEnabled(a) && isEnabled(b) && (!rules_.skip() || filtersMatch(a, b));
+  }
+  // Whether a pair found earlier would still be one if it did not rest, the AABBTest functions
+  // apart. Needs exactMode().
+  bool isLeftOutAtRest(const dxGeom* a, const dxGeom* b) const {
+    return isLeftOut(a, b) && isEnabled(a) && isEnabled(b) && filtersMatch(a, b) &&
+           boxesAreNear(a, b, rules_.tolerance) && !(rules_.cull_planes && areClearByPlane(a, b));
   }
   // Whether only ODE's filters have a say.
   bool isODEs() const { return !rules_.skip() && !rules_.cull_planes; }

@@ -73,9 +73,11 @@ class ParallelSAPSpace : public dxSpace {
   void setQueryFilter(const QueryFilter& filter) { query_filter_ = filter; }
 
   // Which pairs begin and end, if events are on.
-  void turnEvents(bool on) { pipeline_.turnEvents(on); }
-  bool hasEvents() const { return pipeline_.hasEvents(); }
+  void turnEvents(int kinds) { pipeline_.turnEvents(kinds); }
+  int eventKinds() const { return pipeline_.eventKinds(); }
   const PairEvents& events() const { return pipeline_.events(); }
+  const TouchEvents& touches() const { return pipeline_.touches(); }
+  Complaints& complaints() { return pipeline_.complaints(); }
 
   // Whether a call of it runs, or was left by longjmp.
   bool isLocked() const { return calls_ > 0; }

@@ -109,9 +109,10 @@ void Driver::collideFrames() {
   }
   EventsOracle oracle;
   if (events) {
+    dParallelSAPSpaceSetEvents(id, 0);
     dParallelSAPSpaceSetEvents(id, 1);
     if (frames % 2) dParallelSAPSpaceSetTrace(id, "/dev/null", 1 + static_cast<int>(frames % 3));
-    oracle.adopt(id, pairsByAdding(collide(id)));
+    checkEvents(space, collide(id), oracle);
   }
   for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
     if (motion == kDrift) driftAll(space, distance);

@@ -46,7 +46,7 @@ const Setting kSettings[] = {
     {SETTING(SkipStatic), kSwitch, {}},
     {SETTING(SkipAsleep), kSwitch, {}},
     {SETTING(CullPlanes), kSwitch, {}},
-    {SETTING(Events), kSwitch, {}},
+    {SETTING(Events), {{1, 1}, {2, 2}, {3, 3}, {0, 0}}, {4, -1}},
     {SETTING(Notified), kSwitch, {}},
     {SETTING(Tolerance), kDistance, {-1, kInfinity, kNaN}},
     {SETTING(SweptBounds), kDistance, {-1, kInfinity, kNaN}}};
@@ -350,6 +350,8 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
       CALL(dParallelSAPSpaceSetQueryFilter, (wrong, nullptr, nullptr)),
       CALL(dParallelSAPSpaceGetBegunPairs, (wrong, &events)),
       CALL(dParallelSAPSpaceGetEndedPairs, (wrong, &events)),
+      CALL(dParallelSAPSpaceGetBegunTouches, (wrong, &events)),
+      CALL(dParallelSAPSpaceGetEndedTouches, (wrong, &events)),
       CALL(dParallelSAPSpaceGetPairNumbers, (wrong, &numbers)),
       CALL(dParallelSAPSpaceFindPair, (wrong, ball, ball, &number)),
       CALL(dParallelSAPSpaceNotify, (wrong, nullptr)),

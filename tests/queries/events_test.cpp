@@ -2,7 +2,9 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -13,9 +15,11 @@
 #include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/moving_scene.h"
+#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
+#include "support/rules_oracle.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
 
@@ -30,24 +34,28 @@ Pairs asPairs(const Events& events) {
   return pairs;
 }
 
-// What a space with events is set to on the way: other ways to find the same pairs, and a rule by
+// What a space with events is set to on the way: other ways to find the same pairs, and rules by
 // which there are others.
 void settle(dSpaceID space, Random& random) {
   const int threads[] = {1, 2, 3, 7};
   dParallelSAPSpaceSetNumThreads(space, threads[random.below(4)]);
-  dParallelSAPSpaceSetSkipStatic(space, random.chance(0.1));
+  dParallelSAPSpaceSetSkipStatic(space, random.chance(0.3));
+  dParallelSAPSpaceSetSkipAsleep(space, random.chance(0.3));
   dParallelSAPSpaceSetMethod(space, static_cast<int>(random.below(3)));
   dParallelSAPSpaceSetNotified(space, random.chance(0.5));
 }
 
+bool skips(dSpaceID space) {
+  return dParallelSAPSpaceGetSkipStatic(space) || dParallelSAPSpaceGetSkipAsleep(space);
+}
+
 Pairs owedBy(const MovingScene& scene) {
+  const Rules rules = Rules::of(scene.space());
+  const EventsOracle::Geoms geoms = EventsOracle::byNumber(scene.order());
   Pairs pairs;
-  std::map<std::size_t, bool> is_static;
-  for (const dGeomID geom : scene.order())
-    is_static[number(geom)] =
-        dParallelSAPSpaceGetSkipStatic(scene.space()) && !dGeomGetBody(geom) && !dGeomIsSpace(geom);
   for (const Pair& pair : expectedPairs(scene.order()))
-    if (!is_static[pair.first] || !is_static[pair.second]) pairs.push_back(pair);
+    if (restOf(rules, geoms.at(pair.first), geoms.at(pair.second)) == Rest::no)
+      pairs.push_back(pair);
   return pairs;
 }
 
@@ -99,8 +107,8 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
       collideUntil(space, 1);
       pairs = owedBy(scene);
       break;
-    case 1:
-      pairs = collideWithin(space);
+    case 1:  // whether a pair rests is asked afterwards
+      pairs = skips(space) ? collide(space) : collideWithin(space);
       break;
     case 2:
       dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
@@ -125,6 +133,102 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
       pairs = collide(space);
   }
   return oracle.check(space, pairs, EventsOracle::byNumber(scene.order()));
+}
+
+// One contact call, whose callbacks decide by numbers and a mood which pairs touch.
+struct Toucher {
+  const MovingScene* scene;
+  std::size_t mood = 0;
+  long until_thrown = -1;  // contact callbacks
+  bool flags_throw = false, twice = false, collides = false;
+  Pairs touches = {}, reported = {};
+  std::mutex mutex = {};
+
+  static Toucher& of(void* data) { return *static_cast<Toucher*>(data); }
+  static int flags(void* data, dGeomID a, dGeomID b) {
+    const Toucher& self = of(data);
+    if (self.flags_throw) throw 1;
+    return (number(a) + number(b) + self.mood) % 5 ? 2 : 0;
+  }
+  static int reduce(void* data, dGeomID a, dGeomID b, dContactGeom*, int count) {
+    Toucher& self = of(data);
+    if ((number(a) ^ number(b)) % 7 == self.mood) return 0;
+    const std::lock_guard<std::mutex> lock(self.mutex);
+    self.touches.emplace_back(number(a), number(b));
+    return count;
+  }
+  static void report(void* data, dGeomID a, dGeomID b, const dContactGeom*, int) {
+    Toucher& self = of(data);
+    const dSpaceID space = self.scene->space();
+    if (self.reported.empty()) {
+      const Events begun = begunTouchesOf(space), ended = endedTouchesOf(space);
+      if (self.collides) {
+        Toucher other = {self.scene};
+        other.mood = self.mood + 1;
+        other.call();
+        if (begunTouchesOf(space) != begun || endedTouchesOf(space) != ended)
+          throw std::logic_error("touches of a collide within");
+      }
+    }
+    self.reported.emplace_back(number(a), number(b));
+    if (self.until_thrown-- == 0) throw 1;
+  }
+  static void spaces(void* data, dGeomID a, dGeomID b, void* pairs) {
+    for (int i = 0; i < 1 + of(data).twice; ++i) dSpaceCollide2(a, b, pairs, dParallelSAPAddPair);
+  }
+  void call() {
+    const dParallelSAPContactCallbacks callbacks = {report, flags, reduce,
+                                                    twice ? spaces : nullptr};
+    dParallelSAPSpaceCollideContacts(scene->space(), this, 0, &callbacks);
+  }
+};
+
+// The begun touches stand in the order of the reports.
+std::string wrongOrder(const Events& begun, const Pairs& reported) {
+  auto next = reported.begin();
+  for (const Event& event : begun) {
+    next = std::find(next, reported.end(), Pair(number(event.o1), number(event.o2)));
+    if (next == reported.end()) return "touches do not begin in the order of the reports";
+  }
+  return "";
+}
+
+// A frame of any kind, and what is wrong of it.
+std::string wrongTouches(const MovingScene& scene, EventsOracle& oracle, Random& random) {
+  const dSpaceID space = scene.space();
+  const std::size_t kind = random.below(12);
+  Toucher toucher = {&scene};
+  toucher.mood = random.chance(0.8) ? 0 : random.below(7);
+  toucher.twice = kind == 0;
+  toucher.collides = kind == 1;
+  toucher.until_thrown = kind == 2 ? static_cast<long>(random.below(5)) : -1;
+  toucher.flags_throw = kind == 3;
+  bool thrown = false;
+  try {
+    if (kind == 4)
+      (void)collide(space);
+    else if (kind == 5)
+      dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
+    else
+      toucher.call();
+  } catch (int) {
+    thrown = true;
+  }
+  const EventsOracle::Geoms geoms = EventsOracle::byNumber(scene.order());
+  const std::string problem = oracle.check(space, owedBy(scene), geoms);
+  if (problem != "") return problem;
+  // Without a pair there is nothing to throw at.
+  if (kind == 4 || kind == 5 || (kind == 3 && thrown)) return EventsOracle::checkNoTouches(space);
+  if (!thrown) {
+    const std::string order = wrongOrder(begunTouchesOf(space), toucher.reported);
+    if (order != "") return order;
+  }
+  EventsOracle::Geoms within = EventsOracle::byNumber(scene.inside());
+  for (auto geom = within.begin(); geom != within.end();) {
+    const bool is_in = dGeomGetSpace(asGeom(dGeomGetSpace(geom->second))) != nullptr;
+    geom = is_in ? std::next(geom) : within.erase(geom);  // a sub-space may have left
+  }
+  return oracle.checkTouches(space, toucher.touches, geoms, within);
 }
 
 }  // namespace
@@ -370,4 +474,122 @@ TEST_CASE("While memory is given back no event comes twice and nothing is lost",
     }
     CHECK(least < most / 4);
   }
+}
+
+TEST_CASE("Touches are those of a map of all pairs with contacts", "[events]") {
+  const Messages messages;
+  for (const int threads : {1, 7})
+    for (const std::size_t geoms : {50, 180}) {
+      const std::uint64_t seed = seedOr(411);
+      Random random(seed);
+      MovingScene scene(configurations()[0], geoms, seed, {0, false, false});
+      EventsOracle oracle;
+      dParallelSAPSpaceSetEvents(scene.space(), dParallelSAPEventPairs | dParallelSAPEventTouches);
+      scene.promise();
+      const int frames = scaled(250);
+      for (int frame = 0; frame < frames; ++frame) {
+        if (random.chance(0.3)) scene.moveSome(random.chance(0.2) ? 1 : 0.05);
+        for (std::size_t i = random.below(6); i > 0; --i) scene.edit();
+        if (random.chance(0.1)) settle(scene.space(), random);
+        dParallelSAPSpaceSetNumThreads(scene.space(), threads);
+        INFO(threads << " threads, " << geoms << " geoms, frame " << frame
+                     << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        REQUIRE(wrongTouches(scene, oracle, random) == "");
+      }
+      CHECK(oracle.begun() > static_cast<std::size_t>(frames));
+      CHECK(oracle.ended() > static_cast<std::size_t>(frames));
+    }
+}
+
+TEST_CASE("What rests stays a pair and a touch until it parts, is disabled or leaves", "[events]") {
+  for (const std::size_t others : {0, 300})
+    for (const bool asleep : {true, false}) {
+      const Space space;
+      World world(space);
+      for (std::size_t i = 0; i < others; ++i)
+        dGeomSetPosition(world.take(dCreateSphere(space, 1)), 0, 0, 10 + 3 * dReal(i));
+      std::vector<dGeomID> geoms;
+      for (int i = 0; i < 12; ++i) {
+        geoms.push_back(world.take(dCreateSphere(space, 1)));
+        dGeomSetPosition(geoms.back(), dReal(i / 2 * 10), dReal(i % 2 * 1.5), 0);
+        if (asleep) world.giveBody(geoms.back());
+      }
+      dParallelSAPSpaceSetEvents(space, dParallelSAPEventPairs | dParallelSAPEventTouches);
+      struct Frame {
+        static void none(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
+      };
+      const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(Frame::none);
+      const auto frame = [&] { dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks); };
+      frame();
+      const Events begun = begunOf(space);
+      REQUIRE(begun.size() == 6);
+      REQUIRE(begunTouchesOf(space) == begun);
+      // All fall asleep, or static pairs are left out.
+      if (asleep)
+        for (const dGeomID geom : geoms) dBodyDisable(dGeomGetBody(geom));
+      (asleep ? dParallelSAPSpaceSetSkipAsleep : dParallelSAPSpaceSetSkipStatic)(space, 1);
+      const auto nothing = [&] {
+        return begunOf(space).empty() && endedOf(space).empty() && begunTouchesOf(space).empty() &&
+               endedTouchesOf(space).empty();
+      };
+      for (int i = 0; i < 3; ++i) {
+        frame();
+        INFO(others << " others, asleep " << asleep << ", frame " << i);
+        REQUIRE(statsOf(space).pairs == 0);
+        REQUIRE(nothing());
+      }
+      // One moves away, is disabled, gets other bits, leaves; two stay.
+      dGeomSetPosition(geoms[1], 0, 5, 0);
+      dGeomDisable(geoms[2]);
+      dGeomSetCategoryBits(geoms[4], 0);
+      dGeomSetCollideBits(geoms[4], 0);
+      dSpaceRemove(space, geoms[6]);
+      frame();
+      Events ended(begun.begin(), begun.begin() + 4);
+      ended[3].o1 = nullptr;
+      CHECK(endedOf(space) == ended);
+      CHECK(endedTouchesOf(space) == ended);
+      // The others go on where they are reported again.
+      dParallelSAPSpaceSetSkipStatic(space, 0);
+      if (asleep)
+        for (const dGeomID geom : geoms) dBodyEnable(dGeomGetBody(geom));
+      dSpaceAdd(space, geoms[6]);
+      frame();
+      CHECK(endedOf(space).empty());
+      CHECK(begunOf(space) == Events{{geoms[7], geoms[6], 0, begun[0].number}});
+      CHECK(begunTouchesOf(space) == begunOf(space));
+      unsigned number = 0;
+      REQUIRE(dParallelSAPSpaceFindPair(space, geoms[8], geoms[9], &number) == 1);
+      CHECK(number == begun[4].number);
+    }
+}
+
+TEST_CASE("Who asks for events that are off, or after another call, is told once", "[events]") {
+  const Space space;
+  dGeomSetPosition(dCreateSphere(space, 1), 1, 0, 0);
+  dCreateSphere(space, 1);
+  const dParallelSAPPairEvent* events;
+  const auto said = [&](int kinds, auto ask) {
+    const Space asked;
+    dParallelSAPSpaceSetEvents(asked, kinds);
+    (void)collide(asked);
+    const Messages messages;
+    for (int i = 0; i < 2; ++i) ask(asked);
+    return messages.all().size() == 1 ? messages.all()[0] : "";
+  };
+  const auto pairs = [&](dSpaceID asked) { dParallelSAPSpaceGetEndedPairs(asked, &events); };
+  const auto find = [&](dSpaceID asked) {
+    unsigned number;
+    dParallelSAPSpaceFindPair(asked, asGeom(space), asGeom(space), &number);
+  };
+  const auto touches = [&](dSpaceID asked) { dParallelSAPSpaceGetBegunTouches(asked, &events); };
+  const auto names = [](const std::string& text, const char* name) {
+    return text.find(name) != std::string::npos;
+  };
+  CHECK(names(said(0, pairs), "dParallelSAPSpaceGetEndedPairs()"));
+  CHECK(names(said(0, find), "dParallelSAPSpaceFindPair()"));
+  CHECK(names(said(dParallelSAPEventTouches, pairs), "dParallelSAPEventPairs"));
+  CHECK(names(said(dParallelSAPEventPairs, touches), "dParallelSAPEventTouches"));
+  CHECK(names(said(dParallelSAPEventTouches, touches), "dParallelSAPSpaceCollideContacts"));
+  CHECK(said(dParallelSAPEventPairs, pairs) == "");
 }

@@ -1,4 +1,4 @@
-// What a space that tells events owes: pairs that began and ended, by a map of all pairs.
+// What a space that tells events owes: pairs and touches that began and ended, by a map of all.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
@@ -28,34 +28,50 @@ Events endedOf(dSpaceID space);
 // Of all pairs, by place.
 std::vector<unsigned> numbersOf(dSpaceID space);
 
-// Follows a space from its first frame with events on, or from any other that it adopts.
+Events begunTouchesOf(dSpaceID space);
+Events endedTouchesOf(dSpaceID space);
+
+// Follows a space from its first frame with events on.
 class EventsOracle {
  public:
   using Geoms = std::map<std::size_t, dGeomID>;
   static Geoms byNumber(const std::vector<dGeomID>& geoms);
 
-  // The frame that the space has told last had these pairs: goes on from what it says of them.
-  void adopt(dSpaceID space, const Pairs& pairs);
   // `pairs`: of the next frame, in their order, by numbers that geoms have of their own for each
   // time that they were added; `geoms`: those that are in the space now. Returns what is wrong
   // about what the space says; "" if nothing is.
   std::string check(dSpaceID space, const Pairs& pairs, const Geoms& geoms);
+  // `touches`: the two geoms whose contacts were reported, of a frame whose pairs were checked.
+  // `within`: all geoms in sub-spaces.
+  std::string checkTouches(dSpaceID space, const Pairs& touches, const Geoms& geoms,
+                           const Geoms& within);
+  // Of a frame that changes no touch: the space says nothing.
+  static std::string checkNoTouches(dSpaceID space);
 
   // Events so far.
   std::size_t begun() const { return begun_; }
   std::size_t ended() const { return ended_; }
 
  private:
-  Events end(const Pairs& pairs, const Geoms& geoms);
+  struct Known {
+    unsigned number;
+    std::size_t place;
+    bool within;  // a touch in sub-spaces
+  };
+
+  Events end(dSpaceID space, const Pairs& pairs, const Geoms& geoms);
   Events begin(const Pairs& pairs, const Geoms& geoms, std::vector<unsigned>& numbers);
   std::string checkSearch(dSpaceID space, const Geoms& geoms) const;
+  std::string beginTouch(dSpaceID space, const Pair& touch, const Event& event, const Geoms& geoms);
+  unsigned takeNumber();
 
   Pairs last_;
-  std::map<Pair, unsigned> numbers_;
-  std::set<unsigned> free_;  // below next_
+  std::map<Pair, Known> known_;  // reported or at rest
+  std::set<unsigned> free_;      // below next_
   unsigned next_ = 0;
   std::vector<unsigned> ended_numbers_;
   std::size_t most_ = 0, begun_ = 0, ended_ = 0;
+  std::map<Pair, Known> touches_;
 };
 
 }  // namespace sap_test

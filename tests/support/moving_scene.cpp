@@ -190,10 +190,13 @@ void MovingScene::addSubSpace() {
                          : kind == 1 ? dHashSpaceCreate(space_)
                                      : dParallelSAPSpaceCreate(space_);
   add(asGeom(inner));
-  for (std::size_t i = random_.below(4); i > 0; --i) {
-    inside_.push_back(dCreateSphere(inner, dReal(0.5)));
-    place(inside_.back());
-  }
+  for (std::size_t i = random_.below(4); i > 0; --i) addInside(inner);
+}
+
+void MovingScene::addInside(dSpaceID space) {
+  inside_.push_back(dCreateSphere(space, dReal(0.5)));
+  setNumber(inside_.back(), next_++);
+  place(inside_.back());
 }
 
 void MovingScene::place(dGeomID geom) {
@@ -250,8 +253,16 @@ void MovingScene::editInside() {
   if (inside_.empty()) return;
   const std::size_t i = random_.below(inside_.size());
   if (random_.chance(0.7)) return place(inside_[i]);
+  const dSpaceID space = dGeomGetSpace(inside_[i]);
+  if (random_.chance(0.3)) {  // a stock space does not say that it comes anew
+    dSpaceRemove(space, inside_[i]);
+    dSpaceAdd(space, inside_[i]);
+    if (dSpaceIsParallelSAP(space)) setNumber(inside_[i], next_++);
+    return;
+  }
   dGeomDestroy(inside_[i]);
   inside_.erase(inside_.begin() + static_cast<std::ptrdiff_t>(i));
+  if (random_.chance(0.5)) addInside(space);  // at the same address, mostly
 }
 
 void MovingScene::destroy(dGeomID geom) {

@@ -33,6 +33,8 @@ class MovingScene {
   dSpaceID space() const { return space_; }
   // The space's geoms in the order of adding, with ascending numbers.
   const std::vector<dGeomID>& order() const { return order_; }
+  // Those in its sub-spaces. They have numbers, too.
+  const std::vector<dGeomID>& inside() const { return inside_; }
   // "" or what is wrong about the pairs of the frame, by the rules that are set.
   std::string wrong(const Pairs& pairs) const;
 
@@ -56,6 +58,7 @@ class MovingScene {
   void add(dGeomID geom);
   void addAny();
   void addSubSpace();
+  void addInside(dSpaceID space);
   dGeomID make();
   void place(dGeomID geom);
   void shift(dGeomID geom, double dx, double dy, double dz);

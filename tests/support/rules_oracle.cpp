@@ -68,11 +68,20 @@ Owed owedByPlanes(dGeomID a, dGeomID b, dReal tolerance = 0) {
   return plane_a ? owedByPlane(a, b, tolerance) : owedByPlane(b, a, tolerance);
 }
 
-Owed owed(const Rules& rules, dGeomID a, dGeomID b, bool overlapping) {
+// The sum that makes a box wider may round up.
+long double reachOf(const Rules& rules) {
+  return rules.tolerance *
+         (1 + 4 * static_cast<long double>(std::numeric_limits<dReal>::epsilon()));
+}
+
+bool isLeftOut(const Rules& rules, dGeomID a, dGeomID b) {
   const bool rests_a = isStatic(a) || isAsleep(a), rests_b = isStatic(b) || isAsleep(b);
-  if (rules.skip_static && isStatic(a) && isStatic(b)) return Owed::must_not;
-  if (rules.skip_asleep && rests_a && rests_b && (isAsleep(a) || isAsleep(b)))
-    return Owed::must_not;
+  return (rules.skip_static && isStatic(a) && isStatic(b)) ||
+         (rules.skip_asleep && rests_a && rests_b && (isAsleep(a) || isAsleep(b)));
+}
+
+Owed owed(const Rules& rules, dGeomID a, dGeomID b, bool overlapping) {
+  if (isLeftOut(rules, a, b)) return Owed::must_not;
   if (!mayTouchIfNear(a, b)) return Owed::must_not;
   const Owed by_planes = rules.cull_planes ? owedByPlanes(a, b, rules.tolerance) : Owed::must;
   return by_planes == Owed::must && !overlapping ? Owed::may : by_planes;
@@ -102,9 +111,7 @@ std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_
                          const Pairs& got, bool beginning_only) {
   std::vector<Bounds> bounds;
   const std::vector<dGeomID> geoms = takingPart(in_add_order, bounds);
-  // The sum that makes a box wider may round up.
-  const long double most =
-      rules.tolerance * (1 + 4 * static_cast<long double>(std::numeric_limits<dReal>::epsilon()));
+  const long double most = reachOf(rules);
   std::size_t next = 0;
   for (std::size_t i = 0; i < geoms.size(); ++i) {
     for (std::size_t j = i + 1; j < geoms.size(); ++j) {
@@ -122,6 +129,14 @@ std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_
   if (next == got.size()) return "";
   return "repeated or out of order: pair " + std::to_string(next) + " (" +
          std::to_string(got[next].first) + "," + std::to_string(got[next].second) + ")";
+}
+
+Rest restOf(const Rules& rules, dGeomID a, dGeomID b) {
+  if (!isLeftOut(rules, a, b) || !takesPart(a) || !takesPart(b) || !mayTouchIfNear(a, b) ||
+      !near(boundsOf(a), boundsOf(b), reachOf(rules)))
+    return Rest::no;
+  const Owed by_planes = rules.cull_planes ? owedByPlanes(a, b, rules.tolerance) : Owed::must;
+  return by_planes == Owed::must ? Rest::yes : by_planes == Owed::may ? Rest::either : Rest::no;
 }
 
 std::string wrongCounts(dSpaceID space, const std::vector<dGeomID>& all, std::size_t pairs) {

@@ -25,6 +25,10 @@ struct Rules {
 std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_order,
                          const Pairs& got, bool beginning_only = false);
 
+// Whether a pair that was reported does not end although it is left out: because it rests.
+enum class Rest { no, yes, either };
+Rest restOf(const Rules& rules, dGeomID a, dGeomID b);
+
 // "" or which of the last collide's counts of geoms and pairs is not that of these geoms, in their
 // state of that collide, and of as many reported pairs.
 std::string wrongCounts(dSpaceID space, const std::vector<dGeomID>& all, std::size_t pairs);

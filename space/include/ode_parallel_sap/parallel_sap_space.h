@@ -110,9 +110,9 @@ typedef void dParallelSAPContactCallback(void* data, dGeomID o1, dGeomID o2,
 
 /* Returns the flags of dCollide for a pair: the most contacts in the lower 16 bits (0: the pair is
  * left out), CONTACTS_UNIMPORTANT, dParallelSAPOnCallingThread. Other bits are an error. IT IS
- * CALLED FROM MANY THREADS AT ONCE, in no order. It may read geoms and bodies, but do nothing else
- * with ODE, and not write what another thread may read. If it throws, but for bad_alloc, one
- * exception leaves dParallelSAPSpaceCollideContacts on the calling thread, without any report. */
+ * CALLED FROM MANY THREADS AT ONCE, in no order. It may read geoms, bodies and joints, as
+ * dAreConnectedExcluding does, but do nothing else with ODE, and not write what another thread may
+ * read. If it throws, but for bad_alloc, one exception leaves the call without any report. */
 typedef int dParallelSAPFlagsCallback(void* data, dGeomID o1, dGeomID o2);
 
 /* Called after dCollide for each pair that touches. It may change and reorder the contacts, and
@@ -272,28 +272,50 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetQueryFilter(dSpaceID space,
                                                           dParallelSAPQueryFilter* filter,
                                                           void* data);
 
-/* Nonzero: the space compares each collide, except dSpaceCollide2, with the one before: which pairs
- * began, which ended, and a number for each pair. Default: 0. The first collide begins all
- * its pairs. A geom that is removed and added again ends its pairs and begins them. Events are
- * known before the first report, and stay until the next collide finds its pairs. A collide within
- * a callback of this space, or without memory, has none: a later one reports its changes. */
-ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int on);
+/* Events: what began and what ended since the collide before.
+ *
+ * - Pairs: of any collide but dSpaceCollide2. The first collide begins all its pairs.
+ * - Touches: geoms whose contacts go to the contact callback of dParallelSAPSpaceCollideContacts.
+ *   A touch ends if a later such collide reports no contacts of it: ODE finds none, the flags are
+ *   0, the reduce callback leaves none, or a geom is disabled or left. Collides by other calls
+ *   change no touch, and asking for touches after one says so once.
+ * - A pair that SetSkipStatic or SetSkipAsleep leaves out does not end, nor does its touch, while
+ *   both geoms stay, are enabled, and their bits and AABBs still match.
+ * - A geom that is removed and added again ends its pairs and touches, and begins them.
+ * - Touches of geoms in sub-spaces are told, too, but pairs are those of the space itself. A geom
+ *   keeps touches if its sub-space leaves and comes back between two collides, or if it leaves a
+ *   stock one and comes back.
+ *
+ * Pairs' events are known before the first report, touches' events before the first contact
+ * callback. Both stay until the next collide. A collide within a callback of this space, or without
+ * memory, has none, nor has one whose flags or reduce callback throws touches': a later one reports
+ * its changes. `events` is a sum of the bits below, 0 by default; GetEvents returns it. */
+enum { dParallelSAPEventPairs = 1, dParallelSAPEventTouches = 2 };
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int events);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 
-/* A pair that began or ended. A begun pair gets the lowest free number, in the order of the pairs,
- * and keeps it up to its ended event; the next collide may use it. Numbers can index an array. */
+/* A pair or touch that began or ended. A begun pair gets the lowest free number, in the order of
+ * the pairs, and keeps it up to its ended event; the next collide may use it. Numbers can index an
+ * array. A touch has the number of its pair, a touch in sub-spaces one of its own. */
 typedef struct dParallelSAPPairEvent {
-  dGeomID o1, o2; /* as reported; in an ended pair 0 if it has left the space: it may not exist */
-  size_t place;   /* among the collide's pairs; of an ended pair, in the last collide that had it */
-  unsigned number; /* as long as the pair lasts */
+  dGeomID o1, o2;  /* as reported; of what ended, 0 if it has left its space: it may not exist */
+  size_t place;    /* among the collide's pairs; of an ended one, in the last collide that had it;
+                      of a touch in sub-spaces, the place of the pair of these */
+  unsigned number; /* as long as it lasts */
 } dParallelSAPPairEvent;
-/* The pairs that began, in the order of the pairs. Sets *pairs to the first, or to 0 if there is
- * none, and returns their number. They belong to the space and stay until its next collide. */
+/* The pairs that began, by place. Sets *pairs to the first, or to 0 if there is none, and returns
+ * their number. They belong to the space and stay until its next collide. If these events are off,
+ * dMessage says so once. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space,
                                                            const dParallelSAPPairEvent** pairs);
-/* Likewise the pairs that ended, in the order of their last report. */
+/* Likewise the pairs that ended, by place. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space,
                                                            const dParallelSAPPairEvent** pairs);
+/* Likewise the touches. */
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetBegunTouches(dSpaceID space,
+                                                             const dParallelSAPPairEvent** touches);
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedTouches(dSpaceID space,
+                                                             const dParallelSAPPairEvent** touches);
 /* Likewise the numbers of all pairs of the last collide, by place. Many threads may read them. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space,
                                                             const unsigned** numbers);
