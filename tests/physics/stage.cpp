@@ -174,11 +174,11 @@ void Stage::touch(dGeomID a, dGeomID b) {
   for (int i = 0; i < n; ++i) {
     found[i].surface.mode = dContactApprox1;
     found[i].surface.mu = real(friction);
-    if (found[i].geom.depth < 0) {  // it is still to come
+    if (surface) surface(found[i], first, second);
+    if (found[i].geom.depth < 0 && !(found[i].surface.mode & dContactBounce)) {  // still to come
       found[i].surface.mode |= dContactMotionN;
       found[i].surface.motionN = found[i].geom.depth / step;
     }
-    if (surface) surface(found[i], first, second);
     depth = std::fmax(depth, static_cast<double>(found[i].geom.depth));
     const dJointID joint = dJointCreateContact(world_, contact_joints_, &found[i]);
     dJointAttach(joint, first, second);
