@@ -16,16 +16,15 @@ def cells(one, winner):
     if winner.setting is None:
         return [winner.why, "", "", ""]
     level = one.level_for(winner.limit)
-    bias = " ± %s" % percent(one.bias(level)) if one.bias(level) < 1 else ""
     error = "%s (%s to %s)" % tuple(percent(value).rstrip(" %") for value in (winner.fresh or winner.interval)[:3])
     return [study.name_of(winner.setting) + (" (uncertain: %s)" % winner.why if winner.why else ""),
             "%.3g (%.3g to %.3g)" % tuple(1000 * value for value in one.costs(winner.setting)), error,
-            "%g ms%s" % (1000 * study.REFERENCE[level].dt, bias)]
+            "%s ± %s" % (study.name_of(one.reference_for(winner.limit)._replace(contacts=4)), percent(one.bias(level)))]
 
 
 def answer(studies):
     """What is to be said now; limits with the same setting share a row."""
-    lines = ["| scene | within | cheapest setting | ms of processor a simulated second | error, % | reference's step and bias |",
+    lines = ["| scene | within | cheapest setting | ms of processor a simulated second | error, % | reference and its bias |",
              "| --- | ---: | --- | ---: | ---: | ---: |"]
     for one in studies:
         same = {}
@@ -54,7 +53,7 @@ def shown(one):
 
 def table_of(one):
     """What a user sees with each: the parts of the error, and beside them the depths, which are not in it."""
-    reference = study.REFERENCE[one.level_for(study.LIMITS[0])]
+    reference = one.reference_for(study.LIMITS[0])
     rows = {setting: [row for row in one.rows_of(setting) if row["seed"] not in study.FRESH_SEEDS]
             for setting in (*shown(one), reference)}
     parts = {setting: [outcomes.parts_of(row, one.row(reference, int(row["seed"]))) for row in found

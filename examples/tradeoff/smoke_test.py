@@ -60,14 +60,14 @@ class Study(unittest.TestCase):
         self.assertEqual(call(self.folder, "--scene", "vehicle", "--report").returncode, 0)
 
     def test_answers_when_it_is_interrupted_and_leaves_nothing_running(self):
-        child = subprocess.Popen(command(self.folder, "--point", point, "--scene", "hopper"), stdout=subprocess.PIPE,
+        child = subprocess.Popen(command(self.folder, "--point", point, "--scene", "heap"), stdout=subprocess.PIPE,
                                  stderr=subprocess.STDOUT, text=True)
         while not os.path.exists(os.path.join(self.folder, "scenes.csv")):
             time.sleep(0.1)
         child.send_signal(signal.SIGINT)
         said = child.communicate(timeout=30)[0]
         self.assertEqual(child.returncode, 75, said)
-        self.assertIn("| Hopper |", said[said.index("Interrupted"):])
+        self.assertIn("| Heap |", said[said.index("Interrupted"):])
 
     def test_studies_a_program_alone(self):
         said = self.measure("--program", own_program, "--point", "/no/such/file", "--budget", "8")
@@ -83,20 +83,6 @@ class Study(unittest.TestCase):
         said = call(self.folder, "--program", wrong)
         self.assertEqual(said.returncode, 1)
         self.assertIn("no such setting", said.stdout)
-
-    def test_scenes_at_good_settings_are_not_warned_of(self):
-        good = {"tower 12": "--dt 0.007 --iterations 35 --cfm 1e-6 --sleep on",  # as the recorded study names them
-                "vehicle 10": "--dt 0.007 --iterations 20", "meshes 12": "--dt 0.02 --iterations 10 --cfm 1e-8",
-                "heap 40": "--dt 0.005 --iterations 10 --cfm 1e-6 --sleep on",
-                "hopper 125": "--dt 0.005 --iterations 10 --erp 0.4 --cfm 1e-6 --sleep on"}
-        warning = r": (mass-ratio|load|small|fast|deep|soft|hanging|turning|far|restless|contacts): "
-        for scene, settings in good.items():
-            for words, seeds, check in (settings, "123", self.assertNotRegex), ("--dt 0.1", "1", self.assertRegex):
-                for seed in seeds:
-                    said = subprocess.run([point, *scene.split(), *words.split(), "--seed", seed], stdout=subprocess.DEVNULL,
-                                          stderr=subprocess.PIPE, text=True, env=dict(os.environ, ODE_PARALLEL_SAP_STATS="1")).stderr
-                    self.assertIn(" frames (", said)
-                    check(said, warning)
 
     def test_is_repeatable(self):
         words = [point, "heap", "10", "--seed", "3", "--dt", "0.02"]

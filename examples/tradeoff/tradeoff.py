@@ -19,7 +19,7 @@ sys.dont_write_bytecode = True  # this folder is for sources
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
 POINT = os.path.join(TOP, "build", "release", "examples", "tradeoff", "tradeoff-point")
-SCENES = dict(tower=12, vehicle=10, meshes=12, heap=40, hopper=125)  # and how many bodies
+SCENES = dict(arm=7, tower=12, vehicle=10, heap=40)  # and how many bodies
 GO_ON = 75
 MARGIN = 1.3  # of what a point is expected to take, where it has to end in time
 
