@@ -57,7 +57,7 @@ def table_of(one):
     rows = {setting: [row for row in one.rows_of(setting) if row["seed"] not in study.FRESH_SEEDS]
             for setting in (*shown(one), reference)}
     parts = {setting: [outcomes.parts_of(row, one.row(reference, int(row["seed"]))) for row in found
-                       if one.row(reference, int(row["seed"]))] for setting, found in rows.items()}
+                       if (one.row(reference, int(row["seed"])) or {}).get("status") == "ok"] for setting, found in rows.items()}
     names = list(dict.fromkeys(name for found in parts.values() for part in found for name in part
                                if name not in outcomes.FAILURES))
     lines = ["| setting | " + " | ".join(names) + " | failures | depth at rest, mm | impact, mm | speed × step, mm |",

@@ -321,9 +321,12 @@ class Study:
             yield from lacking
 
     def competitors(self, limit):
-        """The cheapest that are likely to be within the limit, are not known to be, and would save something."""
-        most = min((self.cost(s) for s in self.candidates(limit)), default=math.inf) / NOISE
-        return [s for s in self.settings() if self.cost(s) < most and self.interval(s, limit).verdict(limit) == "open" and
+        """Those that are likely to be within the limit, are not known to be, and would be cheaper, or simpler at the same cost."""
+        first = next(iter(self.candidates(limit)), None)
+        def gains(s):
+            return first is None or NOISE * self.cost(s) < self.cost(first) or (
+                knobs_of(s) < knobs_of(first) and self.cost(s) <= NOISE * self.cost(first))
+        return [s for s in self.settings() if gains(s) and self.interval(s, limit).verdict(limit) == "open" and
                 self.interval(s, limit).mean < LIKELY * limit and self.interval(s, limit).count < stats.LADDER[-1]][:FAVOURITES]
 
     def more_seeds(self, limit):
