@@ -340,3 +340,56 @@ TEST_CASE("A bat that turns by radians a step strikes a ball, and not one beyond
         CHECK((length(flight.speed(1)) > 1) == !beyond);
       }
 }
+
+namespace {
+
+// How far a belt of 1 m/s along x carries a box in a second.
+double carried(bool kinematic, bool belt_first) {
+  Stage stage(Pairing::ours, {}, kStep);
+  const auto belt = [&] {
+    if (kinematic)
+      dBodySetKinematic(stage.box({0, 0, -0.5}, {50, 2, 1}));
+    else
+      stage.block({0, 0, -0.5}, {50, 2, 1});
+  };
+  if (belt_first) belt();
+  const dBodyID box = stage.box({0, 0, 0.5}, {1, 1, 1});
+  if (!belt_first) belt();
+  stage.surface = [](dContact& contact, dBodyID, dBodyID) {
+    contact.surface.mode |= dContactMotion1 | dContactFDir1;
+    contact.surface.motion1 = 1;
+    contact.fdir1[0] = 1;
+    contact.fdir1[1] = contact.fdir1[2] = 0;
+  };
+  for (int i = 0; i < 100; ++i) stage.step();
+  return double(dBodyGetPosition(box)[0]);
+}
+
+}  // namespace
+
+TEST_CASE("ODE's belts, kinematic floors and sleepers do what the guide says") {
+  CHECK(carried(false, true) > 0.9);
+  CHECK(carried(false, false) > 0.9);
+  CHECK(carried(true, false) * carried(true, true) < -0.8);  // the order decides
+
+  for (const bool kinematic : {false, true}) {
+    Stage stage(Pairing::ours, {}, kStep);
+    const dBodyID floor = kinematic ? stage.box({0, 0, -0.5}, {9, 9, 1}) : nullptr;
+    if (floor) {
+      dBodySetKinematic(floor);
+    } else {
+      stage.plane();
+    }
+    dWorldSetAutoDisableFlag(stage.world(), 1);
+    const dBodyID box = stage.box({0, 0, 0.5}, {1, 1, 1});
+    dBodySetAutoDisableFlag(box, 1);
+    for (int i = 0; i < 300; ++i) stage.step();
+    CHECK((dBodyIsEnabled(box) != 0) == kinematic);
+    if (kinematic) continue;
+    for (int i = 0; i < 10; ++i) {
+      dBodyAddForce(box, 1, 0, 0);
+      stage.step();
+    }
+    CHECK(double(dBodyGetForce(box)[0]) == Approx(10));
+  }
+}
