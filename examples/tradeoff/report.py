@@ -1,6 +1,4 @@
-"""Sentences, tables and figures, all made of rows."""
-
-import os
+"""Sentences and tables, all made of rows."""
 
 import outcomes
 import stats
@@ -72,37 +70,3 @@ def table_of(one):
         name = "the reference" if setting == reference else study.name_of(setting)
         lines.append("| %s | %s |" % (name, " | ".join(cells)))
     return "\n".join(lines) + "\n"
-
-
-def draw(one, directory):
-    """Time against error, each with its interval; None without matplotlib, or without anything to draw."""
-    try:
-        import matplotlib
-    except ImportError:
-        return None
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    if not one.settings():
-        return None
-    figure, axes = plt.subplots(figsize=(7, 5))
-    steps = sorted({setting.dt for setting in one.settings()})
-    for setting in one.settings():
-        found, colour = one.interval(setting), "C%d" % steps.index(setting.dt)
-        axes.errorbar([1000 * one.cost(setting)], [max(found.mean, 1e-5)], fmt="s" if setting.solver == "step" else "o",
-                      yerr=[[max(0, found.mean - found.low)], [max(0, found.high - found.mean)]], markersize=4, linewidth=0.5,
-                      color=colour, label="%g ms" % (1000 * setting.dt))
-    for winner in one.winners():
-        axes.axhline(winner.limit, color="gray", linewidth=0.7, linestyle="--")
-        if winner.setting:
-            axes.plot(1000 * one.cost(winner.setting), max(winner.interval.mean, 1e-5), "k*", markersize=12, fillstyle="none")
-    axes.set(xscale="log", yscale="log", xlabel="processor time a simulated second, ms", ylabel="error against the reference",
-             title="%s. Stars: the cheapest within 1, 5 and 20 %%; squares: dWorldStep" % one.title)
-    axes.title.set_fontsize(8)
-    handles = dict(zip(*reversed(axes.get_legend_handles_labels())))
-    axes.legend(handles.values(), handles.keys(), fontsize=7, title="time step", title_fontsize=7)
-    axes.grid(True, alpha=0.3)
-    figure.tight_layout()
-    path = os.path.join(directory, one.title.split()[0].lower() + ".png")
-    figure.savefig(path, dpi=90)
-    plt.close(figure)
-    return path

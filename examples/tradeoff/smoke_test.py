@@ -38,7 +38,7 @@ class Study(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
         if "apt-get install" in call(self.folder, "--report").stdout:
-            print("Skipped: needs matplotlib")
+            print("Skipped: needs numpy")
             os._exit(77)
 
     def measure(self, *words):

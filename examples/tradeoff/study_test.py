@@ -18,7 +18,7 @@ try:
     from study import BASE, EXACT, ITERATED, REFERENCES, Setting
     from table import Table
 except ImportError as error:
-    print("Skipped: %s (Debian: python3-matplotlib)" % error)
+    print("Skipped: %s (Debian: python3-numpy)" % error)
     sys.exit(77)
 
 
