@@ -287,8 +287,8 @@ TEST_CASE("Walls, holes, edges and rods act on a fast ball as they do in steps 4
   const auto shelves = [](Flight& flight) {
     for (int i = 0; i < 3; ++i) flight.block({0.3 * i, 0, 0}, {0.005, 4, 4});
   };
-  const std::vector<Case> cases = {{"shelves of 5 mm", 1e-6, shelves},
-                                   {"holes", 1e-6, plates},
+  const std::vector<Case> cases = {{"shelves of 5 mm", 1e-4, shelves},
+                                   {"holes", 1e-4, plates},
                                    {"an edge, 2 mm clear", 1e-6,
                                     [](Flight& f) {
                                       f.block({0, 1.102, 0}, {0.5, 2, 4});
@@ -301,7 +301,7 @@ TEST_CASE("Walls, holes, edges and rods act on a fast ball as they do in steps 4
                                     [](Flight& f) {
                                       f.block({0, 0, 0}, {0.01, 0.01, 4});
                                     }},
-                                   {"a post 2 mm clear", 1e-6, [](Flight& f) {
+                                   {"a post 2 mm clear", 1e-4, [](Flight& f) {
                                       f.block({0, 0.107, 0}, {0.01, 0.01, 4});
                                     }}};
   for (const Case& each : cases)

@@ -122,9 +122,10 @@ typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dCont
 
 /* For reduce callbacks, on any thread: `return dParallelSAPKeepSpread (contacts, count, 4);`. They
  * move the best contacts to the front and return their number, up to `most`. Those beside an AABB
- * of their geoms come last, those without a normal or with a NaN never. KeepDeepest keeps the deepest first.
- * KeepSpread keeps the deepest, the farthest from it, then always the one that adds most area to
- * the hull along the first one's normal, or the deepest. The rest, and equals, keep their order. */
+ * of their geoms come last, those without a normal or with a NaN never. KeepDeepest keeps the
+ * deepest first. KeepSpread keeps the deepest, the farthest from it, then always the one that adds
+ * most area to the hull along the first one's normal, or the deepest. The rest, and equals, keep
+ * their order. */
 ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
