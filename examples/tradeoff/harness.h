@@ -46,9 +46,10 @@ struct Scene {
   // If there is any: whether a body is where it should never be, besides beyond planes and nowhere.
   std::function<bool(dBodyID body)> lost;
 
-  double seconds = 8;   // simulated at most
-  bool rests = true;    // it comes to rest, if all goes well
-  bool stands = false;  // its highest body stays up, if all goes well
+  double seconds = 8;     // simulated at most
+  bool rests = true;      // it comes to rest, if all goes well
+  bool undriven = false;  // no motor, belt or lift moves it, nor does the program: it may sleep
+  bool stands = false;    // its highest body stays up, if all goes well
   // Outcomes that do not matter here, of height, spread, jitter, drift, energy, separated by '+'.
   std::string ignores;
 };
@@ -313,6 +314,7 @@ class Trial {
     row.add("rests", scene_.rests ? 1 : 0);
     row.add("stands", scene_.stands ? 1 : 0);
     row.add("controlled", scene_.control ? 1 : 0);
+    row.add("undriven", scene_.undriven ? 1 : 0);
     row.add("ignores", scene_.ignores);
     row.add("rested", rested_ ? 1 : 0);
     row.add("lost", lostOf(scene_, basis_));

@@ -1,6 +1,4 @@
-"""Sentences, tables and figures, all made of rows."""
-
-import os
+"""Sentences and tables, all made of rows."""
 
 import outcomes
 import stats
@@ -16,16 +14,15 @@ def cells(one, winner):
     if winner.setting is None:
         return [winner.why, "", "", ""]
     level = one.level_for(winner.limit)
-    bias = " ± %s" % percent(one.bias(level)) if one.bias(level) < 1 else ""
     error = "%s (%s to %s)" % tuple(percent(value).rstrip(" %") for value in (winner.fresh or winner.interval)[:3])
     return [study.name_of(winner.setting) + (" (uncertain: %s)" % winner.why if winner.why else ""),
             "%.3g (%.3g to %.3g)" % tuple(1000 * value for value in one.costs(winner.setting)), error,
-            "%g ms%s" % (1000 * study.REFERENCE[level].dt, bias)]
+            "%s ± %s" % (study.name_of(one.reference_for(winner.limit)._replace(contacts=4)), percent(one.bias(level)))]
 
 
 def answer(studies):
     """What is to be said now; limits with the same setting share a row."""
-    lines = ["| scene | within | cheapest setting | ms of processor a simulated second | error, % | reference's step and bias |",
+    lines = ["| scene | within | cheapest setting | ms of processor a simulated second | error, % | reference and its bias |",
              "| --- | ---: | --- | ---: | ---: | ---: |"]
     for one in studies:
         same = {}
@@ -54,11 +51,11 @@ def shown(one):
 
 def table_of(one):
     """What a user sees with each: the parts of the error, and beside them the depths, which are not in it."""
-    reference = study.REFERENCE[one.level_for(study.LIMITS[0])]
+    reference = one.reference_for(study.LIMITS[0])
     rows = {setting: [row for row in one.rows_of(setting) if row["seed"] not in study.FRESH_SEEDS]
             for setting in (*shown(one), reference)}
     parts = {setting: [outcomes.parts_of(row, one.row(reference, int(row["seed"]))) for row in found
-                       if one.row(reference, int(row["seed"]))] for setting, found in rows.items()}
+                       if (one.row(reference, int(row["seed"])) or {}).get("status") == "ok"] for setting, found in rows.items()}
     names = list(dict.fromkeys(name for found in parts.values() for part in found for name in part
                                if name not in outcomes.FAILURES))
     lines = ["| setting | " + " | ".join(names) + " | failures | depth at rest, mm | impact, mm | speed × step, mm |",
@@ -73,37 +70,3 @@ def table_of(one):
         name = "the reference" if setting == reference else study.name_of(setting)
         lines.append("| %s | %s |" % (name, " | ".join(cells)))
     return "\n".join(lines) + "\n"
-
-
-def draw(one, directory):
-    """Time against error, each with its interval; None without matplotlib, or without anything to draw."""
-    try:
-        import matplotlib
-    except ImportError:
-        return None
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    if not one.settings():
-        return None
-    figure, axes = plt.subplots(figsize=(7, 5))
-    steps = sorted({setting.dt for setting in one.settings()})
-    for setting in one.settings():
-        found, colour = one.interval(setting), "C%d" % steps.index(setting.dt)
-        axes.errorbar([1000 * one.cost(setting)], [max(found.mean, 1e-5)], fmt="s" if setting.solver == "step" else "o",
-                      yerr=[[max(0, found.mean - found.low)], [max(0, found.high - found.mean)]], markersize=4, linewidth=0.5,
-                      color=colour, label="%g ms" % (1000 * setting.dt))
-    for winner in one.winners():
-        axes.axhline(winner.limit, color="gray", linewidth=0.7, linestyle="--")
-        if winner.setting:
-            axes.plot(1000 * one.cost(winner.setting), max(winner.interval.mean, 1e-5), "k*", markersize=12, fillstyle="none")
-    axes.set(xscale="log", yscale="log", xlabel="processor time a simulated second, ms", ylabel="error against the reference",
-             title="%s. Stars: the cheapest within 1, 5 and 20 %%; squares: dWorldStep" % one.title)
-    axes.title.set_fontsize(8)
-    handles = dict(zip(*reversed(axes.get_legend_handles_labels())))
-    axes.legend(handles.values(), handles.keys(), fontsize=7, title="time step", title_fontsize=7)
-    axes.grid(True, alpha=0.3)
-    figure.tight_layout()
-    path = os.path.join(directory, one.title.split()[0].lower() + ".png")
-    figure.savefig(path, dpi=90)
-    plt.close(figure)
-    return path

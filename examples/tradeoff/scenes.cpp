@@ -1,19 +1,15 @@
 // The study's own scenes, each run once: tradeoff-point NAME BODIES [--SETTING VALUE...]
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
-#include <list>
 #include <memory>
 
 #include "../pile/random.h"
-#include "../pile/shapes.h"
 #include "harness.h"
 
 namespace tradeoff {
 namespace {
 
-using pile::Mesh;
 using pile::Random;
 
 constexpr double pi = 3.14159265358979;
@@ -81,65 +77,6 @@ void buildTower(dWorldID world, dSpaceID space, Random random, int bodies) {
   for (int i = 0; i < bodies; ++i)
     addBox(world, space, {1, 1, 1},
            {random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0.5 + 1.001 * i});
-}
-
-// One of the hopper's four plates, which slope down to its lowest point. Theirs is the inner side.
-struct Plate {
-  static constexpr double lowest = 1;  // metres above the ground
-  static constexpr double length = 8;
-  static constexpr double thick = 0.2;
-
-  explicit Plate(int number) {
-    const double angle = number * pi / 2;
-    const double half = std::sqrt(0.5);
-    outwards = {half * std::cos(angle), half * std::sin(angle), half};
-    sideways = {-std::sin(angle), std::cos(angle), 0};
-    normal = {-half * std::cos(angle), -half * std::sin(angle), half};
-  }
-
-  double above(const Vector& place) const { return dot(normal, minus(place, {0, 0, lowest})); }
-
-  Vector outwards, sideways, normal;
-};
-
-void addPlate(dSpaceID space, const Plate& plate) {
-  const dGeomID geom = dCreateBox(space, Plate::length, 2 * Plate::length, real(Plate::thick));
-  dMatrix3 turn = {};
-  for (int i = 0; i < 3; ++i) {
-    const auto axis = static_cast<size_t>(i);
-    turn[4 * i] = real(plate.outwards[axis]);
-    turn[4 * i + 1] = real(plate.sideways[axis]);
-    turn[4 * i + 2] = real(plate.normal[axis]);
-  }
-  Vector place = {0, 0, Plate::lowest};
-  addScaled(place, Plate::length / 2, plate.outwards);
-  addScaled(place, -Plate::thick / 2, plate.normal);
-  dGeomSetRotation(geom, turn);
-  dGeomSetPosition(geom, real(place[0]), real(place[1]), real(place[2]));
-}
-
-// Balls of 0.5 to 0.9 m that fall into the hopper, which is shut.
-void buildHopper(dWorldID world, dSpaceID space, Random random, int bodies) {
-  constexpr double cell = 1;
-  dCreatePlane(space, 0, 0, 1, 0);
-  for (int i = 0; i < 4; ++i) addPlate(space, Plate(i));
-  const int across = std::max(2, static_cast<int>(std::lround(std::cbrt(bodies))));
-  for (int i = 0; i < bodies; ++i) {
-    const double radius = random.uniform(0.25, 0.45);
-    dMass mass;
-    dMassSetSphere(&mass, real(density), real(radius));
-    const Vector at = cellOf(i, across, cell);
-    addBody(world, dCreateSphere(space, real(radius)), mass,
-            {at[0] + random.uniform(-0.04, 0.04), at[1] + random.uniform(-0.04, 0.04),
-             Plate::lowest + cell * across / 2.0 + 1 + at[2]});
-  }
-}
-
-// Through a plate, to its other side.
-bool leftHopper(dBodyID body) {
-  for (int i = 0; i < 4; ++i)
-    if (Plate(i).above(vectorOf(dBodyGetPosition(body))) < 0) return true;
-  return false;
 }
 
 constexpr int bodies_each = 5;
@@ -249,86 +186,79 @@ Scene vehicleScene(int bodies) {
   return scene;
 }
 
-// The corners of an icosahedron, at 1 from its centre.
-std::vector<Vector> corners() {
-  const double golden = (1 + std::sqrt(5.0)) / 2, unit = 1 / std::sqrt(1 + golden * golden);
-  std::vector<Vector> all;
-  for (size_t axis = 0; axis < 3; ++axis)
-    for (double one : {-unit, unit})
-      for (double other : {-unit * golden, unit * golden}) {
-        Vector corner = {0, 0, 0};
-        corner[(axis + 1) % 3] = one;
-        corner[(axis + 2) % 3] = other;
-        all.push_back(corner);
-      }
-  return all;
-}
+constexpr double link_length = 0.3;
 
-// An icosahedron of these half axes, which is convex however it is stretched. Its 20 triangles are
-// those of three corners as close to each other as there are.
-Mesh pebble(const Vector& half) {
-  const std::vector<Vector> all = corners();
-  Mesh mesh;
-  for (const Vector& corner : all)
-    mesh.points.push_back({static_cast<float>(half[0] * corner[0]),
-                           static_cast<float>(half[1] * corner[1]),
-                           static_cast<float>(half[2] * corner[2])});
-  const auto close = [&all](size_t a, size_t b) { return length(minus(all[a], all[b])) < 1.1; };
-  for (size_t i = 0; i < all.size(); ++i)
-    for (size_t j = i + 1; j < all.size(); ++j)
-      for (size_t k = j + 1; k < all.size(); ++k) {
-        if (!close(i, j) || !close(j, k) || !close(i, k)) continue;
-        const bool outwards = dot(all[i], cross(all[j], all[k])) > 0;
-        const auto index = [](size_t corner) { return static_cast<dTriIndex>(corner); };
-        mesh.triangles.push_back({index(i), index(outwards ? j : k), index(outwards ? k : j)});
-      }
-  return mesh;
-}
+// Links in a row from a post, each on a motor that swings its joint; the last one holds a tool.
+class Arm {
+ public:
+  explicit Arm(int links) : joints_(static_cast<size_t>(links)) {}
 
-// ODE reads triangles where they are, until the program ends.
-dGeomID addMesh(dSpaceID space, Mesh made) {
-  struct Stored {
-    Mesh mesh;
-    std::unique_ptr<dxTriMeshData, decltype(&dGeomTriMeshDataDestroy)> data;
-  };
-  static std::list<Stored> all;
-  all.push_back({std::move(made), {dGeomTriMeshDataCreate(), dGeomTriMeshDataDestroy}});
-  const Mesh& mesh = all.back().mesh;
-  const dTriMeshDataID data = all.back().data.get();
-  dGeomTriMeshDataBuildSingle(data, mesh.points.data(), sizeof(Mesh::Point),
-                              static_cast<int>(mesh.points.size()), mesh.triangles.data(),
-                              static_cast<int>(3 * mesh.triangles.size()), sizeof(Mesh::Triangle));
-  return dCreateTriMesh(space, data, nullptr, nullptr, nullptr);
-}
-
-constexpr double pebbles_apart = 1.1;  // metres, at the start
-
-// Bodies of 20 triangles each fall into a bowl.
-void buildMeshes(dWorldID world, dSpaceID space, Random random, int bodies) {
-  const int across = std::max(2, static_cast<int>(std::lround(std::cbrt(bodies))));
-  const double radius = 1 + pebbles_apart * across;
-  addMesh(space, pile::Bowl(radius, radius / 2).mesh());
-  for (int i = 0; i < bodies; ++i) {
-    Vector half;
-    for (double& axis : half) axis = random.uniform(0.3, 0.5);
-    Mesh mesh = pebble(half);
-    const dMass mass = pile::centreOfMass(mesh, density);
-    const Vector at = cellOf(i, across, pebbles_apart);
-    const double x = at[0] + random.uniform(-0.04, 0.04), y = at[1] + random.uniform(-0.04, 0.04);
-    const dBodyID body =
-        addBody(world, addMesh(space, std::move(mesh)), mass, {x, y, radius / 2 + at[2]});
-    dQuaternion turn;
-    for (dReal& part : turn) part = real(random.uniform(-1, 1));
-    dNormalize4(turn);
-    dBodySetQuaternion(body, turn);
+  void build(dWorldID world, dSpaceID space, unsigned long seed) {
+    phase_ = Random(seed).uniform(0, 2 * pi);
+    dBodyID last = nullptr;
+    for (size_t i = 0; i < joints_.size(); ++i) {
+      const double x = link_length * double(i);
+      const dBodyID link =
+          addBox(world, space, {link_length - 0.02, 0.06, 0.06}, {x + link_length / 2, 0, 3});
+      joints_[i] = dJointCreateHinge(world, nullptr);
+      dJointAttach(joints_[i], link, last);
+      dJointSetHingeAnchor(joints_[i], real(x), 0, 3);
+      dJointSetHingeAxis(joints_[i], 0, 1, 0);
+      dJointSetHingeParam(joints_[i], dParamFMax, 10000);
+      last = link;
+    }
+    dMass mass;
+    dMassSetSphere(&mass, 8000, real(0.03));
+    tool_ = addBody(world, dCreateSphere(space, real(0.03)), mass,
+                    {link_length * double(joints_.size()) + 0.05, 0, 3});
+    const dJointID grip = dJointCreateFixed(world, nullptr);
+    dJointAttach(grip, tool_, last);
+    dJointSetFixed(grip);
   }
+
+  void control(double time) {
+    for (size_t i = 0; i < joints_.size(); ++i) {
+      const double now = 1.5 * time + phase_ + double(i), wanted = 0.3 * std::sin(now);
+      const double begun = 0.3 * std::sin(phase_ + double(i));
+      const double angle = double(dJointGetHingeAngle(joints_[i]));
+      dJointSetHingeParam(joints_[i], dParamVel,
+                          real(0.45 * std::cos(now) + 10 * (wanted - begun - angle)));
+    }
+  }
+
+  // Off by 5 cm is an error of 100 %.
+  std::vector<Observation> observe() const {
+    const Vector place = vectorOf(dBodyGetPosition(tool_));
+    return {{"x", place[0], 0.05}, {"z", place[2], 0.05}};
+  }
+
+ private:
+  std::vector<dJointID> joints_;
+  dBodyID tool_ = nullptr;
+  double phase_ = 0;
+};
+
+Scene armScene(int bodies) {
+  const auto arm = std::make_shared<Arm>(std::max(2, bodies) - 1);
+  Scene scene;
+  scene.build = [arm](dWorldID world, dSpaceID space, unsigned long seed) {
+    arm->build(world, space, seed);
+  };
+  scene.control = [arm](double time) { arm->control(time); };
+  scene.observe = [arm] { return arm->observe(); };
+  scene.observe_every = 1;
+  scene.observe_from = 2;
+  scene.seconds = 3;
+  scene.rests = false;
+  scene.ignores = "height+spread+jitter+drift+energy";
+  return scene;
 }
 
 Scene sceneNamed(const std::string& name, int bodies) {
   if (name == "vehicle") return vehicleScene(bodies);
+  if (name == "arm") return armScene(bodies);
   using Build = void (*)(dWorldID, dSpaceID, Random, int);
-  static const std::map<std::string, Build> builds = {
-      {"heap", buildHeap}, {"hopper", buildHopper}, {"meshes", buildMeshes}, {"tower", buildTower}};
+  static const std::map<std::string, Build> builds = {{"heap", buildHeap}, {"tower", buildTower}};
   const auto found = builds.find(name);
   if (found == builds.end()) throw std::invalid_argument("no such scene: " + name);
   Scene scene;
@@ -338,9 +268,7 @@ Scene sceneNamed(const std::string& name, int bodies) {
   };
   scene.seconds = 20;
   scene.stands = name == "tower";
-  if (name == "hopper") scene.lost = leftHopper;
-  if (name == "meshes")  // through the bowl, whose lowest point is at 0
-    scene.lost = [](dBodyID body) { return dBodyGetPosition(body)[2] < 0; };
+  scene.undriven = true;
   return scene;
 }
 

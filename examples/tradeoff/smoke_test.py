@@ -38,7 +38,7 @@ class Study(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
         if "apt-get install" in call(self.folder, "--report").stdout:
-            print("Skipped: needs matplotlib")
+            print("Skipped: needs numpy")
             os._exit(77)
 
     def measure(self, *words):
@@ -60,14 +60,14 @@ class Study(unittest.TestCase):
         self.assertEqual(call(self.folder, "--scene", "vehicle", "--report").returncode, 0)
 
     def test_answers_when_it_is_interrupted_and_leaves_nothing_running(self):
-        child = subprocess.Popen(command(self.folder, "--point", point, "--scene", "hopper"), stdout=subprocess.PIPE,
+        child = subprocess.Popen(command(self.folder, "--point", point, "--scene", "heap"), stdout=subprocess.PIPE,
                                  stderr=subprocess.STDOUT, text=True)
         while not os.path.exists(os.path.join(self.folder, "scenes.csv")):
             time.sleep(0.1)
         child.send_signal(signal.SIGINT)
         said = child.communicate(timeout=30)[0]
         self.assertEqual(child.returncode, 75, said)
-        self.assertIn("| Hopper |", said[said.index("Interrupted"):])
+        self.assertIn("| Heap |", said[said.index("Interrupted"):])
 
     def test_studies_a_program_alone(self):
         said = self.measure("--program", own_program, "--point", "/no/such/file", "--budget", "8")

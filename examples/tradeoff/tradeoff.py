@@ -19,7 +19,7 @@ sys.dont_write_bytecode = True  # this folder is for sources
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
 POINT = os.path.join(TOP, "build", "release", "examples", "tradeoff", "tradeoff-point")
-SCENES = dict(tower=12, vehicle=10, meshes=12, heap=40, hopper=125)  # and how many bodies
+SCENES = dict(arm=7, tower=12, vehicle=10, heap=40)  # and how many bodies
 GO_ON = 75
 MARGIN = 1.3  # of what a point is expected to take, where it has to end in time
 
@@ -44,7 +44,7 @@ def parse():
     made.add_argument("--write", metavar="FILE", help="put the answer between <!-- tradeoff --> and <!-- end --> there")
     options = made.parse_args()
     if lacking:
-        sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib" % lacking)
+        sys.exit("tradeoff.py: %s. Debian: apt-get install python3-numpy" % lacking)
     for name in ("program", "point"):
         path = getattr(options, name)
         if path and not os.path.isfile(path) and not (options.report or name == "point" and options.program):
@@ -180,9 +180,6 @@ def main():
     for one in studies:
         if one.settings():
             print("%s:\n\n%s" % (one.title, report.table_of(one)))
-        path = report.draw(one, options.out)
-        if path:
-            print(path)
     if options.write:
         write_between(options.write, text)
     sys.exit(0 if options.report or not any(True for one in studies for _ in one.wanted()) else GO_ON)

@@ -7,6 +7,7 @@
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
+#include "space/contacts/reducers.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/ode_private.h"
 
@@ -189,7 +190,7 @@ void NarrowPhase::collide(const Job& job, const Waiting& waiting, int thread, Th
 
 // Contacts that other threads wrote are in their caches. The first ones are asked for: few pairs
 // have many more, and the processor prefetches what lies behind them itself.
-void NarrowPhase::report(ContactPairs& all, const ContactRequest& request) const {
+void NarrowPhase::report(ContactPairs& all, const ContactRequest& request) {
   constexpr std::size_t ahead = 8 * pairs_ahead;
   constexpr std::size_t first = 3;  // fixed: pairs that touch have two on average
   const Reports::Open open(all.scene().reports);
@@ -197,8 +198,17 @@ void NarrowPhase::report(ContactPairs& all, const ContactRequest& request) const
   for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
     if (pair + ahead < pairs.size() && found_[pair + ahead].count)
       prefetchObject(contactsOf(pair + ahead).data, first * sizeof(dContactGeom));
-    if (found_[pair].count && all.stays(pair))
-      request.report(pairs[pair], contactsOf(pair).data, found_[pair].count);
+    if (!found_[pair].count || !all.stays(pair)) continue;
+    const dContactGeom* const contacts = contactsOf(pair).data;
+    if (!told_of_nan_ && !std::all_of(contacts, contacts + found_[pair].count, isFinite)) {
+      told_of_nan_ = true;
+      dMessage(0,
+               "parallel SAP space: dCollide of geoms %p and %p, or the reduce callback, gave a "
+               "contact that is not finite, which no joint can use",
+               static_cast<const void*>(pairs[pair].o1), static_cast<const void*>(pairs[pair].o2));
+      if (!all.stays(pair)) continue;
+    }
+    request.report(pairs[pair], contacts, found_[pair].count);
   }
 }
 

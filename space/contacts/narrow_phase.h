@@ -81,7 +81,7 @@ class NarrowPhase {
           bool manual_cleanup);
   // Calls the contact callback for all pairs of the last run that touch and whose geoms are still
   // there, in their order.
-  void report(ContactPairs& pairs, const ContactRequest& request) const;
+  void report(ContactPairs& pairs, const ContactRequest& request);
 
   // Of the last run: the contacts of the pair at a place, and of all pairs.
   struct Contacts {
@@ -132,6 +132,7 @@ class NarrowPhase {
 
   std::vector<Share> shares_;  // by thread
   Buffer<Found> found_;        // by pair
+  bool told_of_nan_ = false;
   Buffer<Waiting> waiting_;
 };
 

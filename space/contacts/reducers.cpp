@@ -12,12 +12,10 @@ namespace {
 // fixed: hulls of more corners than this do not grow any more. Four hold a face of a box.
 constexpr int most_corners = 64;
 
-// By what a contact is chosen: its rank, what it adds, its depth, of which NaN is the least. Less
-// is better.
-using Order = std::tuple<int, double, bool, double>;
+// By what a contact is chosen: its rank, what it adds, its depth. Less is better.
+using Order = std::tuple<int, double, double>;
 Order orderOf(int rank, double gain, dReal depth = 0) {
-  const bool is_nan = depth != depth;
-  return {rank, -gain, is_nan, is_nan ? 0 : -depth};
+  return {rank, -gain, -depth};
 }
 
 // Puts the best of the contacts [place, count), the first of equals, at `place`, before those that
@@ -35,21 +33,22 @@ void chooseBest(dContactGeom* contacts, int place, int count, OrderOf order_of) 
   std::rotate(contacts + place, contacts + best, contacts + best + 1);
 }
 
-// ODE's colliders give contacts that lie beside their geoms, and normals of 0. What is certain by a
-// contact's numbers: a point of it lies no farther from an AABB of its geoms than it is deep.
+// ODE's colliders give contacts that lie beside their geoms, normals of 0, and depths and normals
+// that are NaN. What is certain by a contact's numbers: a point of it lies no farther from an AABB
+// of its geoms than it is deep.
 class Ranks {
  public:
   Ranks(const dContactGeom* contacts, int count) {
     readBoxes(nullptr, nullptr);
     for (int i = 0; i < count; ++i) usable_ += of(contacts[i]) < unusable;
   }
-  // The number of contacts that have a normal.
+  // The number of contacts that a joint can use.
   int usable() const { return usable_; }
   // Less is better.
   int of(const dContactGeom& contact) {
     const dReal* const normal = contact.normal;
-    const dReal length = std::fabs(normal[0]) + std::fabs(normal[1]) + std::fabs(normal[2]);
-    if (!(length > 0 && length < std::numeric_limits<dReal>::infinity())) return unusable;
+    const bool has_normal = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
+    if (!has_normal || !isFinite(contact)) return unusable;
     if (contact.g1 != first_ || contact.g2 != second_) readBoxes(contact.g1, contact.g2);
     const dReal depth = std::max(contact.depth, dReal(0));
     for (int axis = 0; axis < 3; ++axis)
@@ -197,6 +196,12 @@ void chooseDeepest(dContactGeom* contacts, int place, int count, Ranks& ranks) {
 }
 
 }  // namespace
+
+bool isFinite(const dContactGeom& contact) {
+  const auto finite = [](dReal number) { return std::isfinite(number); };
+  return finite(contact.depth) && std::all_of(contact.normal, contact.normal + 3, finite) &&
+         std::all_of(contact.pos, contact.pos + 3, finite);
+}
 
 int keepDeepest(dContactGeom* contacts, int count, int most) {
   Ranks ranks(contacts, count);

@@ -61,11 +61,13 @@ class Traveller {
     for (int i = 0; i < 3; ++i) away_.pos[i] = centre_[i] + part * shift_[i] + turned[i];
     lie(part == 0 ? home_ : &away_);
   }
-  // How far a point of its body would move in the step along a direction, from where it is.
-  dReal moveAlong(const dReal* direction, const dReal* point) const {
-    if (!home_) return 0;
-    dVector3 arm, move;
+  // From its body's centre, where that is after the part of the step, to a point.
+  void armTo(const dReal* point, dReal* arm) const {
     for (int i = 0; i < 3; ++i) arm[i] = point[i] - centre_[i] - part_ * shift_[i];
+  }
+  // How far such a point of its body would move in the step along a direction.
+  dReal moveAlong(const dReal* direction, const dReal* arm) const {
+    dVector3 move;
     dCalcVectorCross3(move, turn_, arm);
     dAddVectors3(move, move, shift_);
     return dCalcVectorDot3(move, direction);
@@ -74,11 +76,15 @@ class Traveller {
   const dReal* shift() const { return shift_; }
   dReal turned() const { return turned_; }      // by its farthest point
   dReal smallest() const { return smallest_; }  // side; endless of one that does not move
-  dReal mass() const {
+  // Whether its body answers to contacts; and what it weighs, with the mean inertia of its axes.
+  bool answers() const { return geom_->body && !dBodyIsKinematic(geom_->body); }
+  struct Mass {
+    dReal mass, inertia;
+  };
+  Mass mass() const {
     dMass mass;
-    if (!geom_->body || dBodyIsKinematic(geom_->body)) return infinity;
     dBodyGetMass(geom_->body, &mass);
-    return mass.mass;
+    return {mass.mass, (mass.I[0] + mass.I[5] + mass.I[10]) / 3};
   }
 
  private:
@@ -96,6 +102,56 @@ class Traveller {
   int flags_ = 0;
   dReal aabb_[6];
 };
+
+// The contact of two free bodies that meet after a part of the step, for a joint that is made now.
+// A joint applies one impulse along one line, but bodies whose centres are still apart need it
+// along two. The impulse nearest to the normal n that gives both the right spin is n - ((w x n) x
+// r) / r^2: r is the way from one centre to the other now, w their relative way until they meet.
+// The second term of the divisor lets a much heavier body have a wrong spin instead.
+void meetInFlight(const Traveller& one, const Traveller& other, dReal part, dReal smallest,
+                  dContactGeom& contact) {
+  const Traveller* const both[] = {&one, &other};
+  const Traveller::Mass masses[] = {one.mass(), other.mass()};
+  const bool lighter = masses[1].mass < masses[0].mass;
+  const Traveller::Mass &light = masses[lighter], &heavy = masses[!lighter];
+  dVector3 between, relative, moments[2], torque, away, blow;
+  for (int i : {0, 1}) {
+    dVector3 arm;
+    both[i]->armTo(contact.pos, arm);
+    dCalcVectorCross3(moments[i], arm, contact.normal);
+  }
+  dSubtractVectors3(between, other.centre(), one.centre());
+  dSubtractVectors3(relative, one.shift(), other.shift());
+  dCalcVectorCross3(torque, relative, contact.normal);
+  dCalcVectorCross3(away, torque, between);
+  const dReal divisor = dCalcVectorLengthSquare3(between) +
+                        heavy.inertia * heavy.mass / (10 * light.mass * light.mass);
+  for (int k = 0; k < 3; ++k) blow[k] = contact.normal[k] - part * away[k] / divisor;
+  const dReal length = dCalcVectorLength3(blow);
+  // Each body has a line of its own. The lighter one's counts for more.
+  const dReal squares[] = {masses[0].mass * masses[0].mass, masses[1].mass * masses[1].mass};
+  dVector3 lever, arms[2];
+  dSetZero(contact.pos, 3);
+  for (int i : {0, 1}) {
+    dCalcVectorCross3(lever, blow, moments[i]);
+    const dReal share = squares[!i] / (squares[0] + squares[1]);
+    for (int k = 0; k < 3; ++k)
+      contact.pos[k] += share * (both[i]->centre()[k] + lever[k] / (length * length));
+  }
+  for (int k = 0; k < 3; ++k) contact.normal[k] = blow[k] / length;
+  for (int i : {0, 1}) dSubtractVectors3(arms[i], contact.pos, both[i]->centre());
+  // They approach until they touch, and the next step does the rest, unless they would slide past
+  // each other or turn by then.
+  const dReal along = dCalcVectorDot3(relative, contact.normal);
+  const dReal aside =
+      std::sqrt(std::max(dCalcVectorLengthSquare3(relative) - along * along, dReal(0)));
+  const dReal off =
+      (1 - part) * aside + dCalcVectorLength3(moments[0]) + dCalcVectorLength3(moments[1]);
+  contact.depth = 4 * off > smallest
+                      ? dReal(0)
+                      : contact.depth + part * (one.moveAlong(contact.normal, arms[0]) -
+                                                other.moveAlong(contact.normal, arms[1]));
+}
 
 }  // namespace
 
@@ -115,13 +171,21 @@ int collideSwept(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* cont
   };
   // How far the two come apart along a contact's normal.
   const auto comesBy = [&](const dContactGeom& contact) {
-    return one.moveAlong(contact.normal, contact.pos) -
-           other.moveAlong(contact.normal, contact.pos);
+    dVector3 arms[2];
+    one.armTo(contact.pos, arms[0]);
+    other.armTo(contact.pos, arms[1]);
+    return one.moveAlong(contact.normal, arms[0]) - other.moveAlong(contact.normal, arms[1]);
+  };
+  const auto isSlow = [&](const dContactGeom& contact) {
+    return -2 * comesBy(contact) <= smallest;
+  };
+  const auto all = [&](int count, const auto& property) {
+    for (int i = 0; i < count; ++i)
+      if (!property(contactAt(i))) return false;
+    return count > 0;
   };
   int count = collideAt(0), place = 0;
-  bool slow = count > 0;
-  for (int i = 0; i < count; ++i) slow = slow && -2 * comesBy(contactAt(i)) <= smallest;
-  if (slow || !(2 * way > smallest && way < infinity)) return count;
+  if (all(count, isSlow) || !(2 * way > smallest && way < infinity)) return count;
   const int places = static_cast<int>(std::min(std::ceil(4 * way / smallest), dReal(most_places)));
   while (count == 0 && place < places) count = collideAt(dReal(++place) / dReal(places));
   if (count == 0) return 0;
@@ -136,21 +200,30 @@ int collideSwept(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* cont
     part = further;
   else
     count = collideAt(part);
-  // One place cannot be right for the levers of two bodies: it is for the lighter one. Without a
-  // lever a fast body stops, which would go on and turn by radians otherwise.
-  const dReal mass = one.mass(), with = other.mass();
-  const dReal share = with == infinity ? 1 : mass == infinity ? 0 : with / (mass + with);
+  const bool both = one.answers() && other.answers();
+  // A ball that rolls from tile to tile touches the edge of the next one first. Where the step ends
+  // in slow and shallow contacts, the next step deals with them.
+  const auto isSlight = [&](const dContactGeom& contact) {
+    return isSlow(contact) && contact.depth <= deeper * smallest;
+  };
+  if (place > 0 && !both) {
+    if (all(collideAt(1), isSlight)) return 0;
+    count = collideAt(part);
+  }
   for (int i = 0; i < count; ++i) {
     dContactGeom& contact = contactAt(i);
-    const dReal shift = dCalcVectorDot3(contact.normal, relative), all = comesBy(contact);
-    const bool shifts = -2 * shift > smallest;
-    contact.depth += part * (shifts ? shift : all);
+    if (both) {
+      meetInFlight(one, other, part, smallest, contact);
+    } else {
+      // Without a lever a fast body stops, which would go on and turn by radians otherwise.
+      const Traveller& body = other.answers() ? other : one;
+      const dReal shift = dCalcVectorDot3(contact.normal, relative);
+      const bool shifts = -2 * shift > smallest;
+      contact.depth += part * (shifts ? shift : comesBy(contact));
+      for (int k = 0; k < 3; ++k)
+        contact.pos[k] = shifts ? body.centre()[k] : contact.pos[k] - part * body.shift()[k];
+    }
     if (place > 0) contact.depth = std::min(contact.depth, dReal(0));
-    for (int k = 0; k < 3; ++k)
-      contact.pos[k] =
-          shifts
-              ? share * one.centre()[k] + (1 - share) * other.centre()[k]
-              : contact.pos[k] - part * (share * one.shift()[k] + (1 - share) * other.shift()[k]);
   }
   return count;
 }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "support/bounds.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
@@ -61,10 +62,11 @@ Manifold anyContacts(Random& random) {
   return contacts;
 }
 
-bool hasNormal(const dContactGeom& a) {
+bool isUsable(const dContactGeom& a) {
   const dReal* const n = a.normal;
-  return (n[0] != 0 || n[1] != 0 || n[2] != 0) && std::isfinite(n[0]) && std::isfinite(n[1]) &&
-         std::isfinite(n[2]);
+  dReal sum = 0;  // NaN where one is not finite
+  for (const dReal x : {n[0], n[1], n[2], a.pos[0], a.pos[1], a.pos[2], a.depth}) sum += 0 * x;
+  return (n[0] != 0 || n[1] != 0 || n[2] != 0) && sum == 0;
 }
 
 std::vector<int> placesOf(const Manifold& contacts, std::size_t count) {
@@ -131,8 +133,6 @@ std::vector<int> spreadOf(Manifold contacts, std::size_t most) {
 }
 
 bool isDeeper(const dContactGeom& a, const dContactGeom& b) {
-  if (std::isnan(a.depth) || std::isnan(b.depth))
-    return !std::isnan(a.depth) && std::isnan(b.depth);
   return a.depth > b.depth;
 }
 
@@ -146,7 +146,7 @@ TEST_CASE("Reducers keep as many contacts as they are asked to, and lose none", 
     for (const Reducer reduce : kReducers) {
       Manifold contacts = before, again = before;
       const int kept = reduce(contacts.data(), count, most);
-      const auto usable = std::count_if(before.begin(), before.end(), hasNormal);
+      const auto usable = std::count_if(before.begin(), before.end(), isUsable);
       REQUIRE(kept == std::min(static_cast<int>(usable), most));
       REQUIRE(reduce(again.data(), count, most) == kept);
       REQUIRE(placesOf(contacts, before.size()) == placesOf(again, before.size()));
@@ -168,8 +168,8 @@ TEST_CASE("The deepest contacts are kept, the deepest first, the earlier one of 
   for (int run = 0; run < scaled(20000); ++run) {
     const Manifold before = anyContacts(random);
     Manifold contacts = before, expected = before;
-    std::stable_sort(expected.begin(), expected.end(), isDeeper);
-    std::stable_partition(expected.begin(), expected.end(), hasNormal);
+    std::stable_sort(expected.begin(),
+                     std::stable_partition(expected.begin(), expected.end(), isUsable), isDeeper);
     const int most = static_cast<int>(random.below(17));
     const auto kept = static_cast<std::size_t>(
         dParallelSAPKeepDeepest(contacts.data(), static_cast<int>(before.size()), most));
@@ -232,13 +232,20 @@ TEST_CASE("The earlier one of equally far contacts and of equal gains is kept", 
   }
 }
 
-TEST_CASE("Contacts without a normal are never kept", "[reducers]") {
-  for (const dReal normal : {dReal(0), kNaN, kInfinity})
+TEST_CASE("Contacts without a normal, and those that are not finite, are never kept",
+          "[reducers]") {
+  using Spoil = void (*)(dContactGeom&);
+  for (const Spoil spoil : {Spoil([](dContactGeom& a) { a.normal[2] = 0; }),
+                            Spoil([](dContactGeom& a) { a.normal[2] = kNaN; }),
+                            Spoil([](dContactGeom& a) { a.normal[2] = kInfinity; }),
+                            Spoil([](dContactGeom& a) { a.depth = kNaN; }),
+                            Spoil([](dContactGeom& a) { a.depth = -kInfinity; }),
+                            Spoil([](dContactGeom& a) { a.pos[1] = kNaN; })})
     for (const Reducer reduce : kReducers) {
       Manifold contacts;
       for (int i = 0; i < 6; ++i) {
         contacts.push_back(contact(i % 2, i % 3, 0, i, i));
-        if (i > 2) contacts.back().normal[2] = normal;
+        if (i > 2) spoil(contacts.back());
       }
       REQUIRE(reduce(contacts.data(), 6, 4) == 3);
       CHECK(contacts[0].side1 == 2);
@@ -246,6 +253,44 @@ TEST_CASE("Contacts without a normal are never kept", "[reducers]") {
       std::swap(contacts[0], contacts[5]);
       CHECK(reduce(contacts.data(), 1, 4) == 0);
     }
+}
+
+TEST_CASE("A sphere in a mesh's plane gets a NaN of dCollide, which is reported and told once",
+          "[reducers]") {
+  static const float corners[] = {-5, -5, 0, 5, -5, 0, 5, 5, 0, -5, 5, 0};
+  static const dTriIndex triangles[] = {0, 1, 2, 0, 2, 3};
+  const dTriMeshDataID data = dGeomTriMeshDataCreate();
+  dGeomTriMeshDataBuildSingle(data, corners, 12, 4, triangles, 6, 12);
+  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  dCreateTriMesh(space, data, nullptr, nullptr, nullptr);
+  const dGeomID sphere = dCreateSphere(space, real(0.5));
+  struct Seen {
+    int pairs = 0, not_finite = 0;
+  };
+  const auto look = [](void* seen, dGeomID, dGeomID, const dContactGeom* contacts, int count) {
+    ++static_cast<Seen*>(seen)->pairs;
+    for (int i = 0; i < count; ++i) static_cast<Seen*>(seen)->not_finite += !isUsable(contacts[i]);
+  };
+  const auto most = [](void*, dGeomID, dGeomID) { return 8; };
+  const auto spread = [](void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
+    return dParallelSAPKeepSpread(contacts, count, 8);
+  };
+  Random random(seedOr(67));
+  for (const bool reduces : {false, true}) {
+    const Messages messages;
+    const dParallelSAPContactCallbacks callbacks = {look, most, reduces ? +spread : nullptr,
+                                                    nullptr};
+    Seen seen;
+    for (int run = 0; run < 300; ++run) {
+      dGeomSetPosition(sphere, real(random.between(-1, 1)), real(random.between(-1, 1)), 0);
+      dParallelSAPSpaceCollideContacts(space, &seen, 8, &callbacks);
+    }
+    INFO("reduces " << reduces);
+    CHECK((seen.not_finite > 0) == !reduces);
+    CHECK(messages.all().size() == (reduces ? 0 : 1));
+  }
+  dSpaceDestroy(space);
+  dGeomTriMeshDataDestroy(data);
 }
 
 TEST_CASE("Contacts that ODE's colliders find beside their geoms are kept last", "[reducers]") {

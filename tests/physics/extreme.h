@@ -58,6 +58,8 @@ Extremes joints();
 Extremes spins();
 Extremes longRuns();
 Extremes modes();
+// Not among all: what these need to hold has a table of its own.
+Extremes machines();
 
 // Extreme::lost where the floor is at z = 0.
 bool isBelowFloor(const Stage& stage, std::size_t body);
@@ -120,6 +122,7 @@ struct Result {
   Measures measures;
   std::uint64_t digest = 0;  // of every bit of every state of every body
   int steps = 0;             // that were made
+  double microseconds = 0;   // of the processor, a step
 };
 
 // The part of its steps that is made is `length`.

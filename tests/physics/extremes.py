@@ -3,11 +3,10 @@
 
     extremes.py measure PROGRAM ROWS.csv   plays extremes that have no row there yet, on all cores; goes on where it was
     extremes.py check [PROGRAM]            whether README.md has the tables of the rows, and each extreme of the program a row
-    extremes.py draw                       results/truth.png, and README.md's tables
+    extremes.py draw                       README.md's tables
 """
 import concurrent.futures
 import csv
-import math
 import os
 import re
 import subprocess
@@ -19,10 +18,6 @@ PRECISIONS, STARTS = ("double", "single"), "10"
 SERIES = (("mass that a box bears, in its own", r"a box on one as large, 1:(\S+) of its mass"), ("boxes in a stack", r"a stack of (\d+)"),
           ("step of a stack of 5, s", r"a stack of 5, steps of (\S+) s"),
           ("speed of 0.2 m at a plate of 0.1 m, m/s", r"boxes of 0.2 m at a plate.* (\d+) m/s"))
-# Of the scenes with an answer: CFM as ODE comes, and below which an error is rounding; steps in seconds.
-CFM, ROUNDING = dict(double=1e-10, single=1e-5), dict(double=1e-9, single=1e-4)
-NEGLIGIBLE, COARSE, FINE = 1e-3, 0.01, 0.000625
-
 
 def said(*words):
     return subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
@@ -70,68 +65,66 @@ def thresholds():
     return "\n".join(lines) + "\n"
 
 
-def truths(precision):
-    texts = ("scene", "quantity", "precision", "friction", "solver")
-    return [{name: value if name in texts else float(value) for name, value in row.items()}
-            for row in read(os.path.join(RESULTS, "truth-%s.csv" % precision))]
+def percent(text):
+    value = 100 * float(text)
+    return "0" if value < 1e-9 else "%.2g" % value if value < 99.5 else "%.0f" % value
 
 
-def as_it_comes(row, *but):
-    base = dict(dt=COARSE, iterations=20, contacts=4, erp=0.2, cfm=CFM[row["precision"]], friction="pyramid", solver="quick")
-    return all(row[name] == value for name, value in base.items() if name not in but)
-
-
-def by_step(rows, scene, quantity, solver="quick", friction="pyramid"):
-    found = [row for row in rows if (row["scene"], row["quantity"], row["solver"], row["friction"]) == (
-        scene, quantity, solver, friction) and as_it_comes(row, "dt", "solver", "friction")]
-    return sorted(((row["dt"], row["error"]) for row in found), reverse=True)
-
-
-def order(points, precision):
-    """The p of error = c dt^p, by least squares of the logarithms over steps of 10 ms and less; or NaN and a word."""
-    points = [(dt, error) for dt, error in points if dt <= COARSE]
-    worst = max(error for _, error in points)
-    if worst < NEGLIGIBLE:
-        return math.nan, "exact" if worst < ROUNDING[precision] else "small"
-    fine = [(math.log(dt), math.log(error)) for dt, error in points if error > ROUNDING[precision]]
-    x, y = (sum(values) / len(fine) for values in zip(*fine))
-    slope = sum((a - x) * (b - y) for a, b in fine) / sum((a - x) ** 2 for a, _ in fine)
-    return (math.nan, "none") if slope < 0.2 else (slope, "%.1f" % slope)
-
-
-def orders():
-    """One row for each quantity; with friction also with fdir1, where that makes a difference."""
-    lines = ["| scene | off at 10 ms, % | at 0.6 ms, % | order |", "| --- | ---: | ---: | --- |"]
-    rows, single = truths("double"), truths("single")
-    for scene, quantity in dict.fromkeys((row["scene"], row["quantity"]) for row in rows):
-        plain = dict(by_step(rows, scene, quantity))
-        for friction in "pyramid", "fdir1":
-            points = dict(by_step(rows, scene, quantity, friction=friction))
-            if scene.startswith("collide") and quantity == "momentum":  # exact whatever is set
-                continue
-            if not points or (friction == "fdir1" and (points[COARSE] > plain[COARSE] / 2 or plain[COARSE] < NEGLIGIBLE)):
-                continue
-            own, own_word = order(points.items(), "double")
-            cell = own_word
-            for name, some, solver, precision in ("dWorldStep", rows, "step", "double"), ("single", single, "quick", "single"):
-                found = by_step(some, scene, quantity, solver, friction)
-                other, word = order(found, precision) if found else (own, own_word)
-                if abs(own - other) > 0.25 or math.isnan(own + other) and word != own_word:
-                    cell += "; %s %s" % (name, word)
-            off = [("%.0f" if points[dt] > 0.1 else "%.2g") % (100 * points[dt] if points[dt] > ROUNDING["double"] else 0)
-                   for dt in (COARSE, FINE)]
-            lines.append("| %s: %s%s | %s | %s |" % (scene.replace(" degrees", "°"), quantity, ", fdir1" * (friction == "fdir1"),
-                                                    " | ".join(off), cell))
+def table(rows, titles, names, cell):
+    """A line for each name, a column for each setting."""
+    settings = list(dict.fromkeys(row["setting"] for row in rows))
+    lines = ["| %s | %s |" % (" | ".join(titles), " | ".join(settings)), "| --- " * len(titles) + "| ---: " * len(settings) + "|"]
+    groups = {}
+    for row in rows:
+        groups.setdefault(names(row), {})[row["setting"]] = cell(row)
+    lines += ["| %s | %s |" % (" | ".join(name), " | ".join(cells.get(setting, "") for setting in settings))
+              for name, cells in groups.items()]
     return "\n".join(lines) + "\n"
+
+
+def trades():
+    """Errors in percent; of those that starts change much, the range."""
+    def cell(row):
+        if row["quantity"] == "half-life":
+            return "%.2g s" % abs(float(row["value"]))
+        least, most = percent(row["least"]), percent(row["most"])
+        return "%s (%s to %s)" % (percent(row["error"]), least, most) if row["scene"] == "elastic balls" else percent(row["error"])
+
+    def names(row):
+        said = "%s: %.2g" % (row["quantity"], float(row["exact"]))
+        if row["quantity"] == "half-life":
+            said = "%s, %.2g s at 10 ms" % (("halves", "doubles")[row["value"][0] == "-"], abs(float(row["exact"])) * float(row["dt"]) / 0.01)
+        return row["scene"].replace(" degrees", "°"), row["of"], said
+
+    rows = [row for row in read(os.path.join(RESULTS, "truth.csv")) if row["quantity"] != "momentum" or not row["scene"].startswith("coll")]
+    return table(rows, ("scene", "measured in", "quantity: truth"), names, cell)
+
+
+def costs():
+    """Of a step, in parts of that as ODE comes: the median over scenes, and the range."""
+    rows, found = read(os.path.join(RESULTS, "truth.csv")), {}
+    own = {row["scene"]: float(row["us_a_step"]) for row in rows if row["setting"] == "as ODE comes"}
+    for row in rows:
+        found.setdefault(row["setting"], []).append(float(row["us_a_step"]) / own[row["scene"]])
+    lines = ["| setting | cost of a step: median | range |", "| --- | ---: | ---: |"]
+    lines += ["| %s | %.2g | %.2g to %.2g |" % (name, sorted(values)[len(values) // 2], min(values), max(values))
+              for name, values in found.items()]
+    return "\n".join(lines) + "\n"
+
+
+def machines():
+    return table(read(os.path.join(RESULTS, "machines.csv")), ("machine", "step"),
+                 lambda row: (row["machine"], "%g ms" % (1000 * float(row["step_s"]))),
+                 lambda row: "%s, off by %s %%" % (row["held"], percent(row["off"])))
 
 
 def page():
     """README.md as it is, and with the tables of the rows."""
     with open(PAGE, encoding="utf-8") as file:
         old = new = file.read()
-    for name, table in ("truth", orders()), ("thresholds", thresholds()):
+    for name, made in ("trades", trades()), ("costs", costs()), ("machines", machines()), ("thresholds", thresholds()):
         before, rest = new.split("<!-- %s -->\n" % name, 1)
-        new = before + "<!-- %s -->\n\n%s\n<!-- end -->\n" % (name, table) + rest.split("<!-- end -->\n", 1)[1]
+        new = before + "<!-- %s -->\n\n%s\n<!-- end -->\n" % (name, made) + rest.split("<!-- end -->\n", 1)[1]
     return old, new
 
 
@@ -145,47 +138,7 @@ def check(program=None):
             sys.exit("no rows of: %s" % ", ".join(lacking))
 
 
-def truth(plt):
-    """A panel a scene: error against the work of a simulated second."""
-    rows, single = truths("double"), truths("single")
-    figure, panels = plt.subplots(4, 4, figsize=(17, 15))
-    for panel, scene in zip(panels.flat, dict.fromkeys(row["scene"] for row in rows)):
-        quantity = next(row["quantity"] for row in rows if row["scene"] == scene)
-
-        def show(some, label, style, name, **wanted):
-            found = [row for row in some if (row["scene"], row["quantity"]) == (scene, quantity) and
-                     as_it_comes(row, name, *wanted) and all(row[key] == value for key, value in wanted.items())]
-            points = sorted((row["iterations"] / row["dt"], max(row["error"], 1e-12)) for row in found)
-            if points:
-                panel.loglog(*zip(*points), style, label=label, markersize=4, linewidth=1)
-
-        show(rows, "steps", "o-", "dt")
-        show(rows, "iterations", "s-", "iterations")
-        show(rows, "steps, dWorldStep", "x--", "dt", solver="step")
-        show(rows, "steps, fdir1", "v-", "dt", friction="fdir1")
-        show(single, "steps, single precision", "+:", "dt")
-        for name, label, style in ("erp", "ERP", "C5^"), ("cfm", "CFM", "C6D"), ("contacts", "contacts", "C7*"):
-            show(rows, label, style, name)
-        panel.set_title("%s: %s" % (scene, quantity), fontsize=9)
-        panel.grid(alpha=0.3)
-    panels[0][0].legend(fontsize=7)
-    for panel in panels[-1]:
-        panel.set_xlabel("steps × iterations a simulated second (dWorldStep: as 20)", fontsize=8)
-    for panel in panels[:, 0]:
-        panel.set_ylabel("error, as a share", fontsize=8)
-    return figure
-
-
 def draw():
-    try:
-        import matplotlib
-    except ImportError as error:
-        sys.exit("extremes.py: %s. Debian: apt-get install python3-matplotlib" % error)
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    figure = truth(plt)
-    figure.tight_layout()
-    figure.savefig(os.path.join(RESULTS, "truth.png"), dpi=70)
     text = page()[1]
     with open(PAGE, "w", encoding="utf-8") as file:
         file.write(text)

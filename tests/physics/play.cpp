@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdarg>
 #include <cstring>
+#include <ctime>
 #include <stdexcept>
 
 namespace sap_test::physics {
@@ -19,6 +20,7 @@ struct Report {
   Measures measures;
   std::uint64_t digest;
   int steps;
+  double microseconds;
 };
 
 // Of the process that plays.
@@ -43,7 +45,9 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   Observer observer(extreme, stage);
   for (int step = 0; step < extreme.steps; ++step) {
     extreme.drive(stage, step);
+    const std::clock_t before = std::clock();
     stage.step();
+    report->microseconds += 1e6 * double(std::clock() - before) / CLOCKS_PER_SEC / extreme.steps;
     report->digest = tradeoff::digestOf(stage.bodies(), report->digest);
     report->steps = step + 1;
     if (!stage.isFinite()) return "not finite";
@@ -79,8 +83,8 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, dou
   waitpid(child, nullptr, 0);
   const Report said = *static_cast<Report*>(shared);
   munmap(shared, sizeof(Report));
-  if (said.outcome[0] == 0) return {"crashes", {}, 0, 0};
-  return {said.outcome, said.measures, said.digest, said.steps};
+  if (said.outcome[0] == 0) return {"crashes", {}, 0, 0, 0};
+  return {said.outcome, said.measures, said.digest, said.steps, said.microseconds};
 }
 
 bool same(const Result& a, const Result& b) {

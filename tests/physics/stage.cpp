@@ -83,6 +83,34 @@ dGeomID Stage::mesh(const std::vector<dReal>& vertices, const std::vector<dTriIn
   return take(dCreateTriMesh(space_, mesh.data, nullptr, nullptr, nullptr));
 }
 
+dBodyID Stage::wedge(const std::vector<Vec>& corners, const Vec& centre, double density) {
+  // Faces by their corners, against the clock from outside; of a corner bit 2 is z, bit 1 x, bit 0
+  // y.
+  static unsigned faces[] = {4, 0, 1, 3, 2, 4, 4, 6, 7, 5, 4, 0, 4, 5, 1,
+                             4, 2, 3, 7, 6, 4, 0, 2, 6, 4, 4, 1, 5, 7, 3};
+  Vec middle = {};
+  for (const Vec& corner : corners) middle = middle + 0.125 * corner;
+  convexes_.emplace_back();
+  std::vector<dReal>& points = convexes_.back();
+  for (const Vec& corner : corners)
+    for (const double x : minus(corner, middle)) points.push_back(real(x));
+  convexes_.emplace_back();
+  std::vector<dReal>& planes = convexes_.back();
+  for (const unsigned* face = faces; face != std::end(faces); face += 5) {
+    const auto at = [&](int i) { return minus(corners[face[i]], middle); };
+    Vec normal = cross(minus(at(2), at(1)), minus(at(3), at(1)));
+    normal = 1 / length(normal) * normal;
+    for (const double x : normal) planes.push_back(real(x));
+    planes.push_back(real(dot(normal, at(1))));
+  }
+  const Vec size = minus(corners[7], corners[0]);
+  dMass mass;
+  dMassSetBox(&mass, real(density), real(std::fabs(2 * corners[6][0])), real(size[1]),
+              real(size[2]));
+  return body(take(dCreateConvex(space_, planes.data(), 6, points.data(), 8, faces)), mass,
+              centre + middle);
+}
+
 dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
   const dBodyID body = dBodyCreate(world_);
   dBodySetMass(body, &mass);
@@ -174,14 +202,15 @@ void Stage::touch(dGeomID a, dGeomID b) {
   for (int i = 0; i < n; ++i) {
     found[i].surface.mode = dContactApprox1;
     found[i].surface.mu = real(friction);
-    if (found[i].geom.depth < 0) {  // it is still to come
+    if (surface) surface(found[i], first, second);
+    if (found[i].geom.depth < 0 && !(found[i].surface.mode & dContactBounce)) {  // still to come
       found[i].surface.mode |= dContactMotionN;
       found[i].surface.motionN = found[i].geom.depth / step;
     }
-    if (surface) surface(found[i], first, second);
     depth = std::fmax(depth, static_cast<double>(found[i].geom.depth));
     const dJointID joint = dJointCreateContact(world_, contact_joints_, &found[i]);
     dJointAttach(joint, first, second);
+    if (joined) joined(joint);
   }
   contacts += static_cast<std::size_t>(n);
 }
@@ -243,21 +272,15 @@ bool Stage::isFinite() const {
 }
 
 double gapOf(dJointID joint) {
-  dVector3 a = {0, 0, 0, 0}, b = {0, 0, 0, 0};
-  switch (dJointGetType(joint)) {
-    case dJointTypeBall:
-      dJointGetBallAnchor(joint, a);
-      dJointGetBallAnchor2(joint, b);
-      break;
-    case dJointTypeHinge:
-      dJointGetHingeAnchor(joint, a);
-      dJointGetHingeAnchor2(joint, b);
-      break;
-    default:
-      break;
+  dVector3 a = {}, b = {};
+  if (dJointGetType(joint) == dJointTypeBall) {
+    dJointGetBallAnchor(joint, a);
+    dJointGetBallAnchor2(joint, b);
+  } else if (dJointGetType(joint) == dJointTypeHinge) {
+    dJointGetHingeAnchor(joint, a);
+    dJointGetHingeAnchor2(joint, b);
   }
-  dSubtractVectors3(a, a, b);
-  return static_cast<double>(dCalcVectorLength3(a));
+  return length(minus(vec(a), vec(b)));
 }
 
 }  // namespace sap_test::physics

@@ -74,6 +74,8 @@ class Stage {
   dBodyID box(const Vec& centre, const Vec& sides, double density = 1000);
   dBodyID ball(const Vec& centre, double radius, double density = 1000);
   dBodyID rod(const Vec& centre, double radius, double length, double density = 1000);  // along z
+  // A convex body of eight corners: by z, then x, then y of a box that is bent; about its middle.
+  dBodyID wedge(const std::vector<Vec>& corners, const Vec& centre, double density);
   dBodyID body(dGeomID geom, const dMass& mass, const Vec& centre);  // no geom: touches nothing
   void turn(std::size_t body, const Vec& axis, double angle);
   void push(std::size_t body, const Vec& speed);
@@ -112,6 +114,8 @@ class Stage {
   double friction = 0.8;
   // Changes a contact's surface, if there is any.
   std::function<void(dContact&, dBodyID, dBodyID)> surface;
+  // Sees each contact joint.
+  std::function<void(dJointID)> joined;
   // The deepest contact and the number of contacts since somebody set them to 0.
   double depth = 0;
   std::size_t contacts = 0;
@@ -136,13 +140,14 @@ class Stage {
   std::vector<dBodyID> bodies_;
   std::vector<dJointID> joints_;
   std::deque<Mesh> meshes_;
+  std::deque<std::vector<dReal>> convexes_;
   std::vector<std::shared_ptr<void>> owned_;
   Vec origin_ = {0, 0, 0};
   unsigned long steps_ = 0;
   bool seeds_ = true;
 };
 
-// Between its anchors.
+// How far a joint's two anchors are apart.
 double gapOf(dJointID joint);
 
 }  // namespace sap_test::physics

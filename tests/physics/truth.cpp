@@ -1,18 +1,24 @@
 // Scenes with an analytic answer, and how far ODE is from it:
 //
-//     physics-truth rows ROWS.csv     plays all scenes with all settings, and writes a row for each
+//     physics-truth rows ROWS.csv [SCENE]   plays all scenes with all settings, and writes a row
+//     for
+//                                     each; or adds the rows of one scene
 //     physics-truth check             plays each scene at one setting, and holds it against bounds
 //
 // In the precision of the ODE that it is built with.
 #include <algorithm>
 #include <cmath>
+#include <cstdarg>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <string>
 
+#include <ctime>
+#include <deque>
+
 #include "../support/bounds.h"
-#include "stage.h"
+#include "extreme.h"
 
 namespace sap_test::physics {
 namespace {
@@ -22,9 +28,13 @@ constexpr double kGravity = 9.81;
 constexpr int kStreams = 40;  // runs of a scene: starts a little apart, random numbers of their own
 
 struct TruthSetting : Setting {
+  const char* name = "as ODE comes";
+  bool soft = false;  // CFM is step / mass of the lightest body
   double dt = 0.01;
   bool directed = false;  // fdir1 is given: along the sliding, or along the push of a body at rest
 };
+
+long steps_played = 0;  // of all worlds
 
 class World : public Stage {
  public:
@@ -50,8 +60,14 @@ class World : public Stage {
   }
 
   void step() {
+    if (setting_.soft && time == 0) {
+      double lightest = 1e300;
+      for (const dBodyID b : bodies()) lightest = std::min(lightest, tradeoff::massOf(b));
+      dWorldSetCFM(world(), real(setting_.dt / lightest));
+    }
     depth = 0;
     Stage::step();
+    ++steps_played;
     time += setting_.dt;
   }
 
@@ -255,11 +271,88 @@ Quantities top(const TruthSetting& setting, double phase) {
           {"momentum", length(minus(tradeoff::spinOf(box), start)), 0, std::sqrt(square)}};
 }
 
-// Ten links of 0.2 m that fall from level: energy after two seconds, and the widest gap of a joint.
-Quantities chain(const TruthSetting& setting, double phase) {
+// A free body that turns about its axis and wobbles: after which time the wobble halves, or doubles
+// (negative), and what near ln 2 / (|axial / transverse inertia - 1| rate^2 step) gives.
+Quantities wobble(const TruthSetting& setting, const dMass& mass) {
+  World world(setting, {0, 0, 0});
+  const double rate = 10, ratio = double(mass.I[10] / mass.I[0]);
+  world.body(nullptr, mass, {});
+  world.spin(0, {0.02 * rate, 0, rate});
+  const auto angle = [&world] {
+    const Vec w = World::rate(world[0]);
+    return std::hypot(w[0], w[1]) / std::fabs(w[2]);
+  };
+  const double start = angle();
+  while (angle() > start / 2 && angle() < start * 2 && world.time < 100) world.step();
+  const double time = angle() < start ? world.time : -world.time;
+  const double exact = std::log(2.0) / ((ratio - 1) * rate * rate * setting.dt);
+  return {{"half-life", time, exact, std::fabs(exact)}};
+}
+
+Quantities wobbleOfRound(const TruthSetting& setting, double radius, double length) {
+  dMass mass;
+  dMassSetCylinder(&mass, 1000, 3, real(radius), real(length));
+  return wobble(setting, mass);
+}
+
+Quantities wobbleOfBox(const TruthSetting& setting) {
+  dMass mass;
+  dMassSetBox(&mass, 1000, real(0.4), real(0.4), 1);
+  return wobble(setting, mass);
+}
+
+// What dJointFeedback says of the floor's contacts from `from` seconds on, in parts of the weight:
+// how far it is from the weight on average; and how far a body has sunk.
+Quantities forces(World& world, double from, double until, std::size_t body, double unit,
+                  const std::function<void()>& drive) {
+  std::deque<dJointFeedback> feedback;
+  world.joined = [&](dJointID joint) {
+    if (dJointGetBody(joint, 1)) return;
+    feedback.emplace_back();
+    dJointSetFeedback(joint, &feedback.back());
+  };
+  double weight = 0, off = 0, count = 0;
+  for (const dBodyID b : world.bodies()) weight += kGravity * tradeoff::massOf(b);
+  const double height = world.place(body)[2];
+  while (world.time < until) {
+    feedback.clear();
+    drive();
+    world.step();
+    if (world.time < from) continue;
+    double sum = 0;
+    for (const dJointFeedback& each : feedback) sum += double(each.f1[2]);
+    off += std::fabs(sum / weight - 1);
+    ++count;
+  }
+  return {{"force", off / count, 0, 1},
+          {"drop", std::fabs(height - world.place(body)[2]), 0, unit}};
+}
+
+Quantities stackForces(const TruthSetting& setting, double phase) {
+  World world(setting);
+  world.friction = 0.8;
+  world.plane();
+  for (int i = 0; i < 5; ++i) world.box({0.01 * phase * (i % 2), 0, i + 0.5}, {1, 1, 1});
+  return forces(world, 2, 4, 4, 1, [] {});
+}
+
+Quantities humanoidForces(const TruthSetting& setting, double phase) {
+  const Extreme humanoid = machines().back();
+  TruthSetting half = setting;
+  half.dt /= 2;
+  World world(half);
+  world.friction = 0.8;
+  humanoid.build(world);
+  world.push(0, {1e-4 * phase, 0, 0});
+  return forces(world, 1, 3, 0, 1, [&] { humanoid.drive(world, 0); });
+}
+
+// Ten links of 0.2 m that fall, begun so many degrees above level: energy after two seconds, and
+// the widest gap of a joint.
+Quantities chain(const TruthSetting& setting, double phase, double degrees) {
   World world(setting);
   const int links = 10;
-  const double side = 0.2, tilt = 0.1 * phase;
+  const double side = 0.2, tilt = 0.01 * phase - degrees * kPi / 180;
   const Vec way = {std::cos(tilt), 0, -std::sin(tilt)};
   for (int i = 0; i < links; ++i) {
     const dBodyID link = world.freeBox({side, 0.05, 0.05}, side * (i + 0.5) * way);
@@ -298,105 +391,116 @@ Quantities balls(const TruthSetting& setting, double phase) {
   return {{"energy", world.energy(), start, start}};
 }
 
-// A scene with its parameters.
+// A scene with its parameters, and what it is measured in.
 struct Scene {
   const char* name;
+  const char* of;
   std::function<Quantities(const TruthSetting&, double phase)> play;
-  enum Kind { contact, friction, free, large } kind;
+  enum Kind { contact, friction, free, slow } kind;
 };
 
 std::vector<Scene> scenes() {
   using std::placeholders::_1;
   using std::placeholders::_2;
+  const char* const block = "block 0.5 x 0.5 x 0.1 m, 25 kg, friction 0.6";
+  const char* const on_slope = "the block, for 1 s";
+  const char* const ball = "ball 0.5 m, 65 kg";
+  const char* const links = "10 links 0.2 m, 0.5 kg";
   return {
-      {"slide at 0 degrees", std::bind(slide, _1, _2, 0), Scene::friction},
-      {"slide at 22.5 degrees", std::bind(slide, _1, _2, 22.5), Scene::friction},
-      {"slide at 45 degrees", std::bind(slide, _1, _2, 45), Scene::friction},
-      {"slope below friction", std::bind(slope, _1, _2, 0.9, 0), Scene::friction},
-      {"slope above friction", std::bind(slope, _1, _2, 1.1, 0), Scene::friction},
-      {"slope above friction at 45 degrees", std::bind(slope, _1, _2, 1.1, 45), Scene::friction},
-      {"roll", std::bind(roll, _1, _2, 0), Scene::friction},
-      {"roll at 45 degrees", std::bind(roll, _1, _2, 45), Scene::friction},
-      {"fall", fall, Scene::contact},
-      {"bounce", bounce, Scene::contact},
-      {"collide elastically", std::bind(collide, _1, _2, 1), Scene::contact},
-      {"collide inelastically", std::bind(collide, _1, _2, 0), Scene::contact},
-      {"pendulum", pendulum, Scene::contact},
-      {"top", top, Scene::free},
-      {"chain", chain, Scene::contact},
-      {"elastic balls", balls, Scene::large},
+      {"slide at 0 degrees", block, std::bind(slide, _1, _2, 0), Scene::friction},
+      {"slide at 45 degrees", block, std::bind(slide, _1, _2, 45), Scene::friction},
+      {"slope below friction", on_slope, std::bind(slope, _1, _2, 0.9, 0), Scene::friction},
+      {"slope above friction", on_slope, std::bind(slope, _1, _2, 1.1, 0), Scene::friction},
+      {"slope above friction at 45 degrees", on_slope, std::bind(slope, _1, _2, 1.1, 45),
+       Scene::friction},
+      {"roll at 45 degrees", ball, std::bind(roll, _1, _2, 45), Scene::friction},
+      {"fall", "ball 0.5 m, 65 kg, from 1 m", fall, Scene::contact},
+      {"bounce", "the ball, restitution 0.8", bounce, Scene::contact},
+      {"collide elastically", "balls 0.5 m, 65 and 196 kg", std::bind(collide, _1, _2, 1),
+       Scene::contact},
+      {"collide inelastically", "the balls", std::bind(collide, _1, _2, 0), Scene::contact},
+      {"pendulum", "ball 0.2 m, 4 kg, at 1 m, from 60 degrees", pendulum, Scene::contact},
+      {"chain from 6 degrees below level", links, std::bind(chain, _1, _2, -6), Scene::contact},
+      {"chain from level", links, std::bind(chain, _1, _2, 0), Scene::contact},
+      {"chain from 6 degrees above level", links, std::bind(chain, _1, _2, 6), Scene::contact},
+      {"force under a stack", "5 boxes of 1 m, 1,000 kg", stackForces, Scene::slow},
+      {"force under a humanoid", "70 kg, feet 1 kg, 5 ms", humanoidForces, Scene::slow},
+      {"top", "box, 10 rad/s", top, Scene::free},
+      {"wobble of a disc", "0.5 m x 0.05 m, 10 rad/s", std::bind(wobbleOfRound, _1, 0.5, 0.05),
+       Scene::free},
+      {"wobble of a drum", "0.5 m x 0.5 m, 10 rad/s", std::bind(wobbleOfRound, _1, 0.5, 0.5),
+       Scene::free},
+      {"wobble of a rod", "0.05 m x 1 m, 10 rad/s", std::bind(wobbleOfRound, _1, 0.05, 1),
+       Scene::free},
+      {"wobble of a box", "0.4 x 0.4 x 1 m, 10 rad/s", std::bind(wobbleOfBox, _1), Scene::free},
+      {"elastic balls", "216 of 0.2 m, 10 kg", balls, Scene::slow},
   };
 }
 
 // The means over all streams.
 struct Result {
   std::string quantity;
-  double value = 0, exact = 0, error = 0;
+  double value = 0, exact = 0, error = 0, least = 1e300, most = 0;
 };
 
 std::vector<Result> resultsOf(const Scene& scene, TruthSetting setting) {
   std::vector<Result> results;
-  const unsigned streams = scene.kind == Scene::large ? 1 : kStreams;
+  const unsigned streams = scene.kind == Scene::slow ? 6 : kStreams;
   for (unsigned i = 0; i < streams; ++i) {
     const double golden = 0.618033988749895 * i;  // no step divides these
     setting.start = i + 1;
     const Quantities found = scene.play(setting, golden - std::floor(golden));
     results.resize(found.size());
     for (size_t q = 0; q < found.size(); ++q) {
-      results[q].quantity = found[q].name;
-      results[q].value += found[q].value / streams;
-      results[q].exact += found[q].exact / streams;
-      results[q].error += std::fabs(found[q].value - found[q].exact) / found[q].scale / streams;
+      const double error = std::fabs(found[q].value - found[q].exact) / found[q].scale;
+      Result& result = results[q];
+      result.quantity = found[q].name;
+      result.value += found[q].value / streams;
+      result.exact += found[q].exact / streams;
+      result.error += error / streams;
+      result.least = std::min(result.least, error);
+      result.most = std::max(result.most, error);
     }
   }
   return results;
 }
 
-template <typename Value>
-void vary(std::vector<TruthSetting>& all, Value Setting::*member,
-          std::initializer_list<Value> values) {
-  for (const Value value : values) {
-    all.emplace_back();
-    all.back().*member = value;
-  }
-}
-
-// Steps with both solvers, all else one at a time; with friction each with given directions too.
+// What is changed of ODE's own: one thing at a time.
 std::vector<TruthSetting> settingsOf(const Scene& scene) {
-  std::vector<TruthSetting> all;
-  for (const double dt : {0.02, 0.01, 0.005, 0.0025, 0.00125, 0.000625}) {
+  std::vector<TruthSetting> all(1);
+  const auto add = [&all](const char* name) -> TruthSetting& {
     all.emplace_back();
-    all.back().dt = dt;
-    if (scene.kind == Scene::large) continue;
-    all.push_back(all.back());
-    all.back().exact = true;
-  }
+    all.back().name = name;
+    return all.back();
+  };
+  add("1/4 of the step").dt /= 4;
+  if (scene.kind != Scene::slow) add("1/16 of the step").dt /= 16;
+  if (scene.name != std::string("elastic balls")) add("dWorldStep").exact = true;
   if (scene.kind == Scene::free) return all;
-  vary(all, &Setting::iterations, {5, 10, 50, 100, 200});
-  vary(all, &Setting::erp, {0.05, 0.4, 0.8});
-  vary(all, &Setting::cfm, {0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4});
-  if (scene.kind == Scene::friction) {
-    vary(all, &Setting::contacts, {1, 2, 3, 8});
-    for (size_t i = 0, count = all.size(); i < count; ++i) {
-      all.push_back(all[i]);
-      all.back().directed = true;
-    }
-  }
+  add("100 iterations").iterations = 100;
+  add("ERP 0.8").erp = 0.8;
+  add("CFM 1e-5").cfm = 1e-5;
+  add("CFM = step / mass").soft = true;
+  if (scene.kind == Scene::friction) add("fdir1").directed = true;
   return all;
 }
 
-void writeRows(std::ostream& out) {
-  out << "scene,quantity,precision,dt,iterations,contacts,erp,cfm,friction,solver,value,exact,"
-         "error\n";
-  out.precision(9);
+void writeRows(std::ostream& out, const std::string& only) {
+  if (only.empty()) out << "scene,of,quantity,setting,dt,us_a_step,value,exact,error,least,most\n";
+  out.precision(4);
   for (const Scene& scene : scenes())
-    for (const TruthSetting& s : settingsOf(scene))
-      for (const Result& r : resultsOf(scene, s))
-        out << scene.name << "," << r.quantity << "," << (sizeof(dReal) == 8 ? "double" : "single")
-            << "," << s.dt << "," << s.iterations << "," << s.contacts << "," << s.erp << ","
-            << s.cfm << "," << (s.directed ? "fdir1" : "pyramid") << ","
-            << (s.exact ? "step" : "quick") << "," << r.value << "," << r.exact << "," << r.error
-            << std::endl;
+    for (const TruthSetting& s : settingsOf(scene)) {
+      if (!only.empty() && scene.name != only) continue;
+      steps_played = 0;
+      const std::clock_t before = std::clock();
+      const std::vector<Result> results = resultsOf(scene, s);
+      const double cost =
+          1e6 * double(std::clock() - before) / CLOCKS_PER_SEC / double(steps_played);
+      for (const Result& r : results)
+        out << scene.name << ",\"" << scene.of << "\"," << r.quantity << "," << s.name << ","
+            << s.dt << "," << cost << "," << r.value << "," << r.exact << "," << r.error << ","
+            << r.least << "," << r.most << std::endl;
+    }
 }
 
 // What an error must be at one setting: steps of 2.5 ms, 50 iterations, CFM 1e-10.
@@ -411,15 +515,12 @@ constexpr double kRounding = sizeof(dReal) == 8 ? 1e-9 : 1e-4;
 
 const Bound kBounds[] = {
     {"slide at 0 degrees", "way", false, 0.004, 0.006},
-    {"slide at 22.5 degrees", "way", false, 0.13, 0.145},
     {"slide at 45 degrees", "way", false, 0.29, 0.305},  // 1 - 1 / sqrt(2), and the step
-    {"slide at 22.5 degrees", "way", true, 0.004, 0.006},
     {"slide at 45 degrees", "way", true, 0.004, 0.006},
     {"slope below friction", "way", false, 0, 0.001},
     {"slope above friction", "way", false, 0, 0.004},
     {"slope above friction at 45 degrees", "way", false, 0.98, 1.02},  // it does not slide at all
     {"slope above friction at 45 degrees", "way", true, 0, 0.004},
-    {"roll", "speed", false, 0, kRounding},
     {"roll at 45 degrees", "speed", false, 0, kRounding},
     {"fall", "speed", false, 0, 0.003},
     {"fall", "depth", false, 0.008, 0.015},  // half of v dt on average, of the ball's 0.5 m
@@ -433,8 +534,12 @@ const Bound kBounds[] = {
     {"top", "period", false, 0, 0.025},
     {"top", "energy", false, 0, 0.015},
     {"top", "momentum", false, 0, 0.006},
-    {"chain", "energy", false, 0, 0.06},
-    {"chain", "gap", false, 0, 0.04},
+    {"chain from level", "energy", false, 0, 0.06},
+    {"chain from level", "gap", false, 0, 0.04},
+    {"wobble of a disc", "half-life", false, 0.25, 0.4},
+    {"wobble of a drum", "half-life", false, 0.15, 0.25},
+    {"wobble of a rod", "half-life", false, 0.8, 0.92},
+    {"wobble of a box", "half-life", false, 0.5, 0.62},
     {"elastic balls", "energy", false, 0, 0.005},
 };
 
@@ -457,21 +562,6 @@ int check() {
                     100 * bound.least, 100 * bound.most, holds ? "" : "  <-- NOT WITHIN");
       }
     }
-  // What ERP 0.8 saves of the energy that joints lose. With one stream for all starts a pendulum
-  // would lose 3.5 %.
-  for (const Scene& scene : scenes())
-    for (const std::string name : {"pendulum", "chain"}) {
-      if (scene.name != name) continue;
-      TruthSetting soft, hard;
-      hard.erp = 0.8;
-      const auto lost = [&](const TruthSetting& by) {
-        return resultsOf(scene, by)[name == "pendulum"].error;
-      };
-      const double before = lost(soft), after = lost(hard);
-      std::printf("%s: energy off by %.3g %%, with ERP 0.8 by %.3g %%\n", scene.name, 100 * before,
-                  100 * after);
-      failures += !(after < before / 2 && before > 0.05);
-    }
   return failures ? 1 : 0;
 }
 
@@ -483,11 +573,12 @@ int main(int argc, char** argv) {
   dAllocateODEDataForThread(dAllocateMaskAll);
   const std::string what = argc > 1 ? argv[1] : "";
   if (what == "check" && argc == 2) return sap_test::physics::check();
-  if (what == "rows" && argc == 3) {
-    std::ofstream file(argv[2]);
-    sap_test::physics::writeRows(file);
+  if (what == "rows" && (argc == 3 || argc == 4)) {
+    dSetMessageHandler([](int, const char*, va_list) {});  // of dWorldStep
+    std::ofstream file(argv[2], argc == 4 ? std::ios::app : std::ios::out);
+    sap_test::physics::writeRows(file, argc == 4 ? argv[3] : "");
     return file.good() ? 0 : 1;
   }
-  std::fprintf(stderr, "physics-truth rows ROWS.csv, or physics-truth check\n");
+  std::fprintf(stderr, "physics-truth rows ROWS.csv [SCENE], or physics-truth check\n");
   return 2;
 }

@@ -28,7 +28,6 @@ struct Settings {
       "first";         // first: as dCollide gives them; deepest, spread: dParallelSAPKeep*
   double erp = 0.2;    // the part of an error of a joint that one step mends
   double cfm = 1e-10;  // how far constraints give, s/kg; negative: step / mass of the lightest body
-  double sor = 1.3;    // the weight of QuickStep's over-relaxation
   std::string solver = "quick";  // quick: dWorldQuickStep, step: dWorldStep
   std::string sleep = "off";     // on: bodies are disabled by ODE's own thresholds
   unsigned long seed = 1;
@@ -68,7 +67,6 @@ inline Settings parseSettings(int argc, char** argv) {
       {"--reducer", word(s.reducer, {"first", "deepest", "spread"})},
       {"--erp", number(s.erp, 0, 1)},
       {"--cfm", cfm},
-      {"--sor", number(s.sor, 0.01, 2)},
       {"--solver", word(s.solver, {"quick", "step"})},
       {"--sleep", word(s.sleep, {"on", "off"})},
       {"--seed", number(s.seed, 0, 1e9)}};
@@ -133,7 +131,6 @@ class Stepper {
     dWorldSetERP(world, static_cast<dReal>(settings.erp));
     dWorldSetCFM(world, static_cast<dReal>(settings.cfm));
     dWorldSetQuickStepNumIterations(world, settings.iterations);
-    dWorldSetQuickStepW(world, static_cast<dReal>(settings.sor));
     dRandSetSeed(settings.seed);  // QuickStep shuffles its rows
   }
   ~Stepper() { dJointGroupDestroy(joints_); }

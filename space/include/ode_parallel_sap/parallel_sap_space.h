@@ -122,9 +122,10 @@ typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dCont
 
 /* For reduce callbacks, on any thread: `return dParallelSAPKeepSpread (contacts, count, 4);`. They
  * move the best contacts to the front and return their number, up to `most`. Those beside an AABB
- * of their geoms come last, those without a normal never. KeepDeepest keeps the deepest first.
- * KeepSpread keeps the deepest, the farthest from it, then always the one that adds most area to
- * the hull along the first one's normal, or the deepest. The rest, and equals, keep their order. */
+ * of their geoms come last, those without a normal or with a NaN never. KeepDeepest keeps the
+ * deepest first. KeepSpread keeps the deepest, the farthest from it, then always the one that adds
+ * most area to the hull along the first one's normal, or the deepest. The rest, and equals, keep
+ * their order. */
 ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
@@ -375,8 +376,10 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 /* dCollide, with SetSweptBounds, that sees what fast geoms meet: if they move in `step` seconds,
  * by their enabled bodies' velocities, by more than half of a moving one's smallest side, contacts
  * are those where they first touch on the way. For joints, depth is minus the way that is left, for
- * dContactMotionN with motionN = depth / step, and pos turns no body that need only stop. Up to
- * 1,000 places are tried, a quarter of that side apart. No other thread may use these geoms. */
+ * dContactMotionN with motionN = depth / step, but not beside dContactBounce. What does not answer
+ * stops a body without turning it. Between two bodies that do, the impulse is near the right one:
+ * the guide says how near. Up to 1,000 places are tried, a quarter of that side apart. No other
+ * thread may use these geoms. */
 ODE_PARALLEL_SAP_API int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags,
                                                   dContactGeom* contacts, int skip);
 
