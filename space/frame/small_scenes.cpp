@@ -287,6 +287,7 @@ bool SmallScenes::updateEvents(const Scene& scene, const PackRules& rules, const
       if (const PlacePair pair = lists.pairs[i]; !pair.isLeftOut())
         *to++ = makePair(Slots::slotOf(lists.active[pair.earlier()]),
                          Slots::slotOf(lists.active[pair.later()]));
+    event_pairs_->addParts(/*decided=*/true);
   } catch (const std::bad_alloc&) {
     events.updateUnknown();
     return false;

@@ -75,6 +75,7 @@ void TouchEvents::list(const ContactPairs& contacts, const NarrowPhase& found,
     places_[touches++] = place;
   }
   touching.resize(touches);
+  pairs_.addParts(/*decided=*/true);
   numbers_.resize(touches);
   places_.resize(touches);
 }

@@ -49,7 +49,7 @@ class TouchEvents {
 
  private:
   // fixed: in gflags, where ODE uses the lower bits. Geoms in sub-spaces that were seen to touch.
-  static constexpr int touches_within = 1 << 29;
+  static constexpr int touches_within = 1 << 23;
 
   // A touch with a geom in a sub-space.
   struct Within {
