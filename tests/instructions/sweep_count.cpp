@@ -47,7 +47,7 @@ std::size_t pairsOf(const BoxSet& boxes, int frames) {
     for (std::size_t i = 0; i < trees.count(); ++i)
       kernels<float>().findRows({trees.views(), trees.count(), i, 0, trees.cells(i)},
                                 rows.space(0));
-    rows.writePairs(boxes.exact, 1, pairs);
+    rows.writePairs(boxes.exact, 1, nullptr, pairs);
   }
   return pairs.size();
 }
