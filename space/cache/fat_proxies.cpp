@@ -150,6 +150,19 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
   return slow && !in_vain;
 }
 
+void FatProxies::noteUnused() {
+  constexpr int held_frames = 64;  // fixed: a second of a program's
+  if (fat_.boxes.capacity() > 0 && ++unused_ > held_frames) release();
+}
+
+void FatProxies::release() {
+  stop();
+  fat_ = BoxSet();
+  candidates_ = PairList();
+  changed_pairs_ = ChangedPairs();
+  tree_ = QueryTree<float>();
+}
+
 // Keeps the storage for the next start.
 void FatProxies::stop() {
   fat_.size = 0;
@@ -241,11 +254,11 @@ int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, cons
                      PairList& pairs) {
   const ScopedMode mode(exactMode());
   try {
-    kept_ = 0;
+    kept_ = unused_ = 0;
     const int used = fat_.size > 0 ? follow(boxes, threads) : start(boxes, threads, sweep);
     return std::max(used, testCandidates(boxes, threads, test, pairs));
   } catch (...) {
-    stop();
+    release();
     throw;
   }
 }

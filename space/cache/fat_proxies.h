@@ -21,14 +21,16 @@ namespace ode_parallel_sap {
 // nothing. Boxes that leave get other fat ones, whose candidates are found anew.
 //
 // The pairs are those that PairFinder::find finds for the boxes of the frame, and follow from these
-// boxes alone; but with a tolerance all candidates are pairs. It holds 36 bytes a
-// slot and 8 a candidate, from its first start on.
+// boxes alone; but with a tolerance all candidates are pairs. While it runs it holds 36 bytes a
+// slot and 8 a candidate.
 class FatProxies {
  public:
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
   // since the last call, and fat boxes were not left in vain lately. With a `tolerance` that is
   // enough for their motion margins are a part of it, and all candidates are pairs.
   bool prepare(const BoxSet& boxes, double tolerance, int threads);
+  // A frame did without. After many in a row nothing is held.
+  void noteUnused();
   // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does.
   int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, const PairTest& test,
            PairList& pairs);
@@ -48,10 +50,12 @@ class FatProxies {
   int follow(const BoxSet& boxes, int threads);
   int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
+  void release();
 
   float tolerance_ = 0;
   BackOff back_off_{4};
   int frames_ = 0;  // since all got fat boxes
+  int unused_ = 0;  // frames since find()
   BoxSet fat_;      // empty while it does not run
   PairList candidates_;
   SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone

@@ -241,6 +241,7 @@ Found Pipeline::findAnew(Frame& frame) {
     found.method = dParallelSAPMethodSweep;
     frame.stats.candidates_kept = stages_->cache.fat().kept();
   } else {
+    stages_->cache.fat().noteUnused();
     found = stages_->extraction.find(boxes, plan.extraction, filter, candidates);
   }
   if (found.too_long) complaints_.ofTooLong(*found.too_long);
@@ -326,6 +327,8 @@ void Pipeline::learn(const Frame& frame, const Found* found) {
   const Settings& settings = frame.call.settings;
   if (found)
     stages_->policy.learn(frame.plan, factsOf(frame.call), *found, frame.clock.of(Stage::extract));
+  else
+    stages_->cache.fat().noteUnused();
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = stages_->extraction.devices();
   devices.reportLeftOut();

@@ -52,7 +52,8 @@ void Edits::track(const Geoms& geoms, Slot slot, Change change) {
   noteChange();
   if (lost_ || !geoms[slot]) return;
   try {
-    Tracked& tracked = tracked_[slot];
+    if (!tables_) tables_ = std::make_unique<Tables>();
+    Tracked& tracked = tables_->tracked[slot];
     if (tracked.scan == 0) scan(slot, static_cast<dxSpace*>(geoms[slot]), tracked);
     change(tracked);
   } catch (const std::bad_alloc&) {
@@ -72,7 +73,7 @@ void Edits::noteCame(const Geoms& geoms, Slot slot, dxGeom* geom) {
     if (geom->type < 0 || IS_SPACE(geom))
       tracked.stale = true;
     else
-      known_[geom] = {slot, tracked.scan, identityOf(geom) ? identityOf(geom) : identify(geom),
+      tables_->known[geom] = {slot, tracked.scan, identityOf(geom) ? identityOf(geom) : identify(geom),
                       now_};
   });
 }
@@ -85,7 +86,7 @@ void Edits::noteLeaving(const Geoms& geoms, Slot slot, const dxGeom* geom) {
 }
 
 void Edits::forget(const dxGeom* geom) {
-  known_.erase(geom);
+  tables_->known.erase(geom);
   if (IS_SPACE(geom))
     for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next)
       forget(own);
@@ -106,7 +107,7 @@ void Edits::scanWithin(Slot slot, dxSpace* space, Tracked& tracked, std::uint64_
       continue;
     }
     if (geom->type < 0) tracked.stale = true;  // it is being made, and may be a space
-    Known& known = known_[geom];
+    Known& known = tables_->known[geom];
     const unsigned identity = identityOf(geom);
     const bool stayed = identity && known.identity == identity && known.slot == slot &&
                         known.scan > 0 && known.scan + 1 == tracked.scan;
@@ -115,11 +116,12 @@ void Edits::scanWithin(Slot slot, dxSpace* space, Tracked& tracked, std::uint64_
 }
 
 void Edits::updateAll(const Geoms& geoms) try {
-  for (auto each = tracked_.begin(); each != tracked_.end();) {
+  auto& tracked = tables_->tracked;
+  for (auto each = tracked.begin(); each != tracked.end();) {
     dxGeom* const space = geoms[each->first];
     if (space && !isFresh(each->second))
       scan(each->first, static_cast<dxSpace*>(space), each->second);
-    each = space ? std::next(each) : tracked_.erase(each);
+    each = space ? std::next(each) : tracked.erase(each);
   }
 } catch (const std::bad_alloc&) {
   forgetAll();
@@ -130,8 +132,9 @@ bool Edits::holds(const Geoms& geoms, Slot slot, const dxGeom* geom, std::uint64
   dxGeom* const now = geoms[slot];
   if (!now || now == geom) return now != nullptr;
   dxSpace* const space = static_cast<dxSpace*>(now);
-  const auto tracked = tracked_.find(slot);
-  if (tracked == tracked_.end()) return !lost_ || isIn(space, geom);
+  if (!tables_) return !lost_ || isIn(space, geom);
+  const auto tracked = tables_->tracked.find(slot);
+  if (tracked == tables_->tracked.end()) return !lost_ || isIn(space, geom);
   try {
     if (!isFresh(tracked->second)) scan(slot, space, tracked->second);
   } catch (const std::bad_alloc&) {
@@ -139,14 +142,13 @@ bool Edits::holds(const Geoms& geoms, Slot slot, const dxGeom* geom, std::uint64
     lost_ = true;
     return isIn(space, geom);
   }
-  const auto known = known_.find(geom);
-  return known != known_.end() && known->second.slot == slot &&
+  const auto known = tables_->known.find(geom);
+  return known != tables_->known.end() && known->second.slot == slot &&
          known->second.scan == tracked->second.scan && known->second.came < begin;
 }
 
 void Edits::forgetAll() {
-  tracked_.clear();
-  known_.clear();
+  tables_.reset();
   lost_ = false;
 }
 

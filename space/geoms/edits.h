@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -26,11 +27,11 @@ class Edits {
 
   // All other calls have ended.
   void clear() {
-    if (!tracked_.empty() || lost_) forgetAll();
+    if (tables_ || lost_) forgetAll();
   }
   // A call begins. Returns its number.
   std::uint64_t begin(const Geoms& geoms) {
-    if (!tracked_.empty()) updateAll(geoms);
+    if (tables_) updateAll(geoms);
     return ++now_;
   }
 
@@ -100,8 +101,11 @@ class Edits {
 
   std::uint64_t now_ = 0;  // the last call that began
   std::uint64_t last_change_ = 0;
-  std::unordered_map<Slot, Tracked> tracked_;
-  std::unordered_map<const dxGeom*, Known> known_;  // geoms in these
+  struct Tables {
+    std::unordered_map<Slot, Tracked> tracked;
+    std::unordered_map<const dxGeom*, Known> known;  // geoms in these
+  };
+  std::unique_ptr<Tables> tables_;  // from the first change on
   bool lost_ = false;  // no memory: a geom that came back is taken for one that stayed
 };
 

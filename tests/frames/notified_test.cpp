@@ -163,11 +163,12 @@ TEST_CASE("What is done between frames that report nothing and repeat each other
   };
   (void)collide(space);
   checkRepeats();
+  // Pairs that are left out do not end.
   dParallelSAPSpaceSetSkipStatic(space, 1);
-  check(0, pairs);
+  check(0, 0);
   checkRepeats();
   dParallelSAPSpaceSetSkipStatic(space, 0);
-  check(pairs, 0);
+  check(0, 0);
   checkRepeats();
   dParallelSAPSpaceSetEvents(space, 0);
   dParallelSAPSpaceSetEvents(space, 1);

@@ -401,7 +401,7 @@ typedef struct dParallelSAPStats {
   double update_ms;                   /* AABBs of the geoms that moved */
   double synchronise_ms;              /* taking planes out */
   double extract_ms;                  /* finding pairs; up to 120 geoms: all before the report */
-  double filter_ms;                   /* exact tests of pairs, AABBTest calls */
+  double filter_ms;                   /* AABBTest calls, pairs of planes */
   double narrow_ms;                   /* the contacts of all pairs */
   double report_ms;                   /* the callbacks, with all that they did */
   double total_ms;                    /* the whole call */
