@@ -2,8 +2,8 @@
  *
  *     dSpaceID space = dParallelSAPSpaceCreate (0);      // instead of dHashSpaceCreate (0)
  *
- * All functions of ODE for spaces work with this one. What follows holds for all methods, back
- * ends and numbers of threads.
+ * All functions of ODE for spaces work with this one. Its promises hold for all methods, back ends
+ * and numbers of threads.
  *
  * Pairs: a collide reports the pairs of dSimpleSpace, each once. Two geoms are a pair if
  *
@@ -43,7 +43,8 @@
  * | blocks with dParallelSAPPairsConcurrent        | many at once          | work      |
  *
  * - Edit: collide any space, throw, destroy geoms, and change their bits, bodies and enabled
- *   states. If ODE is built without assertions, also remove, add and move geoms of locked spaces.
+ *   states. Also remove, add and move geoms, of locked spaces only if ODE is built without
+ *   assertions.
  * - Add pairs: call dParallelSAPAddPair, collide any space, throw, but change no geom.
  * - Compute: neither change a geom of the space nor collide it. These calls come before the first
  *   report.
@@ -52,9 +53,10 @@
  * - Work: read geoms and bodies, throw, and write data that belongs to the block's pairs alone.
  *   Also call what the table below lists, and collide other spaces that no other thread uses.
  *
- * What left is in no further report of a running call, even if it came back. What came is in calls
- * that begin later. Changed bits, bodies and enabled states count from later calls on, too. Two
- * exceptions: dSpaceCollide2 of two spaces, and geoms that come back to a stock sub-space.
+ * A geom that left is in no further report of a running call, even if it came back. A geom that
+ * came is in calls that begin later. Changed bits, bodies and enabled states count from later
+ * calls on, too. Two exceptions: dSpaceCollide2 of two spaces, and geoms that come back to a stock
+ * sub-space.
  *
  * A throw unlocks the space. A longjmp does not, as in ODE. Pairs stay right after it, and events
  * resume with the next call that is no deeper on the stack.
@@ -174,8 +176,8 @@ typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dCont
  * contacts to the front and return their number, up to `most`.
  *
  * - KeepDeepest keeps the deepest first.
- * - KeepSpread keeps the deepest, and then the farthest from it. Then it keeps the contact that
- *   adds most area to the hull along the first one's normal, or if none does, the deepest.
+ * - KeepSpread keeps the deepest, and then the farthest from it. Then it always keeps the contact
+ *   that adds most area to the hull along the first one's normal, or if none does, the deepest.
  *
  * Contacts beside an AABB of their geoms come last. Contacts without a normal or with a NaN are
  * dropped. Threads: any. Order: the rest, and equals, keep theirs. */
@@ -245,10 +247,9 @@ enum { dParallelSAPPairsConcurrent = 1 }; /* flag: blocks go to many threads at 
  *
  * Threads: with `flags` 0, blocks come in order, on the calling thread, under the rules of near
  * callbacks. With dParallelSAPPairsConcurrent THE CALLBACK IS CALLED FROM MANY THREADS AT ONCE. It
- * may read geoms and bodies, write data that belongs to its pairs alone, and collide other spaces
- * that no other thread uses. For dCollide it must allocate its thread's data, and know which geoms
- * other threads collide. It runs in the caller's floating-point mode: on x86 that of SSE, while
- * x87's is the thread's own.
+ * may work (see Callbacks above). For dCollide it must allocate its thread's data, and know which
+ * geoms other threads collide. It runs in the caller's floating-point mode: on x86 that of SSE,
+ * while x87's is the thread's own.
  *
  * Errors: if a concurrent callback throws, no further block begins, and one exception leaves this
  * call. */
@@ -261,7 +262,7 @@ typedef struct dParallelSAPRay {
   dVector3 direction;                        /* of any length but 0: dGeomRaySet makes it 1 */
   dReal length;                              /* 0 or more */
   unsigned long category_bits, collide_bits; /* as a geom's. If both are 0, the ray has all bits */
-  dBodyID ignore;                            /* the ray passes its geoms; 0: none */
+  dBodyID ignore;                            /* the ray goes through its geoms; 0: none */
 } dParallelSAPRay;
 
 /* Where a ray hits a geom. */
@@ -311,7 +312,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
 /* A probe of dParallelSAPSpaceOverlaps. */
 typedef struct dParallelSAPProbe {
   dGeomID geom;   /* in any space or none; itself no space, and in no other probe */
-  dBodyID ignore; /* the probe passes its geoms; 0: none */
+  dBodyID ignore; /* the probe goes through its geoms; 0: none */
   size_t touched; /* is written: the number of geoms that it touches */
 } dParallelSAPProbe;
 enum { dParallelSAPOverlapAny = 0x10000 }; /* flag: `touched` is 1 or 0, and no callback */
@@ -323,7 +324,7 @@ typedef void dParallelSAPOverlapCallback(void* data, size_t probe, dGeomID geom,
 
 /* Finds the geoms that each probe touches. Returns the sum of all `touched`. A probe touches the
  * geoms that dSpaceCollide2 (probe, space) reports, in sub-spaces too, if dCollide (probe, geom,
- * flags) finds contacts, bit for bit. `flags` 0 asks for one contact. `size` is sizeof
+ * flags) finds contacts, bit for bit. `flags` 0 asks for one contact a geom. `size` is sizeof
  * (dParallelSAPProbe). `callback` may be 0. It is called when all have been found.
  * Threads: as in dParallelSAPSpaceCollideContacts. The callback runs on the calling thread, with
  * the space locked.
@@ -333,8 +334,8 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelS
                                                       void* data,
                                                       dParallelSAPOverlapCallback* callback);
 
-/* Whether a query, rays[query] or probes[query], may meet a geom. With 0 it passes the geom. IT IS
- * CALLED FROM MANY THREADS AT ONCE, in no order, under the rules of flags callbacks. */
+/* Whether a query, rays[query] or probes[query], may meet a geom. With 0 it goes through the geom.
+ * IT IS CALLED FROM MANY THREADS AT ONCE, in no order, under the rules of flags callbacks. */
 typedef int dParallelSAPQueryFilter(void* data, size_t query, dGeomID geom);
 /* Sets the filter of Rays, RayHits and Overlaps. Default: 0, none. It is called before dCollide,
  * for geoms whose AABB overlaps the query's, those of sub-spaces too, but for no space. The same
@@ -364,8 +365,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetQueryFilter(dSpaceID space,
  *
  * Pairs' events are known before the first report, touches' events before the first contact
  * callback. Both stay until the next collide. A collide has no events within a callback of this
- * space or without memory, and no touches' events if its flags or reduce callback throws. A later
- * one then reports its changes. */
+ * space or without memory. It has no touches' events if its flags or reduce callback throws. A
+ * later collide then reports the changes. */
 enum { dParallelSAPEventPairs = 1, dParallelSAPEventTouches = 2 };
 /* `events` is a sum of these bits. Default: 0. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int events);
