@@ -59,7 +59,8 @@
  * sub-space.
  *
  * A throw unlocks the space. A longjmp does not, as in ODE. Pairs stay right after it, and events
- * resume with the next call that is no deeper on the stack.
+ * resume with the next call that is no deeper on the stack. pthread_cancel in a callback that many
+ * threads run ends the process.
  *
  * Threads: different spaces may be used by different threads at once, one space by one thread at a
  * time. Debug builds assert this, others report it once. dSpaceCollide2 with a geom also uses the
