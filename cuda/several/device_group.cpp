@@ -189,7 +189,7 @@ void DeviceGroup::bringFilters(const BoxSet& boxes) {
                                   [](Context& c) { return c.bits.data(); }});
   if (boxes.filter_bodies)
     bringCopies(Array<BodyKey>{boxes.bodies, boxes.size, &Context::bodies_lock,
-                                     [](Context& c) { return c.bodies.data(); }});
+                               [](Context& c) { return c.bodies.data(); }});
 }
 
 void DeviceGroup::search(const BoxSet& boxes) {

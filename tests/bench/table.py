@@ -63,6 +63,27 @@ def small(directory):
     return markdown(["best space of ODE / ours"] + [count(n) for n in values(rows, "n")], lines, [machine(rows)])
 
 
+def worlds(directory):
+    """The dense cubes of the small scenes, as worlds of which a program has many: times of ODE's simplest spaces over ours."""
+    rows = [row for row in read(directory, "small") if row["scene"] == "dense-cube" and row["moving"] == 1]
+    lines = []
+    for n in (8, 24, 96):
+        ours = one(rows, n=n, peer=OURS)["median_ms"]
+        lines.append([count(n), shown(1000 * ours)] + [shown(one(rows, n=n, peer=peer)["median_ms"] / ours, "×")
+                                                       for peer in ("dSimpleSpace", "dHashSpace")])
+    return markdown(["geoms", "us a collide", "faster than dSimpleSpace", "faster than dHashSpace"], lines, [machine(rows)])
+
+
+def memory(directory):
+    """Bytes of the space by its own account, on one thread."""
+    rows = read(directory, "memory")
+    cells = {(row["n"], row["peer"]): row for row in rows}
+    lines = [[count(n), shown(cells[n, OURS]["pairs"] / n)] + [count(cells[n, peer]["own_bytes"] / n) for peer in (OURS, OURS + ":contacts")]
+             for n in values(rows, "n")]
+    return markdown(["geoms", "pairs a geom", "bytes a geom, `dSpaceCollide`", "bytes a geom, parallel contacts"], lines,
+                    ["Commit %s." % rows[0]["commit"]])
+
+
 def frames(directory):
     """Frames of a program that does something else between them, on quiet hosts and busy ones."""
     rows = read(directory, "frames")
@@ -260,7 +281,8 @@ def stock_spaces(directory):
 
 
 # By name: the function and the file of rows.
-TABLES = {"step": (step, "step"), "small": (small, "small"), "frames": (frames, "frames"),
+TABLES = {"step": (step, "step"), "small": (small, "small"), "worlds": (worlds, "small"),
+          "memory": (memory, "memory"), "frames": (frames, "frames"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
           "warehouse": (warehouse, "warehouse"), "callback": (callback, "collide"),
           "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),

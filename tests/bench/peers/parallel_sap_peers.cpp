@@ -12,7 +12,7 @@ namespace {
 
 // How the pairs are handed over. `events` is for a program that keeps what it wants of each pair:
 // those that began and ended are all it gets.
-enum class Report { pairs, blocks, concurrent_blocks, events };
+enum class Report { pairs, blocks, concurrent_blocks, events, contacts };
 
 struct Choice {
   const char* name;
@@ -27,6 +27,7 @@ constexpr Choice choices[] = {
     {"parallel-sap:blocks", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::blocks},
     {"parallel-sap:concurrent-blocks", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
      Report::concurrent_blocks},
+    {"parallel-sap:contacts", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::contacts},
     {"parallel-sap:begun-ended", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::events},
     {"parallel-sap:skip-asleep", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::pairs,
      true},
@@ -52,6 +53,9 @@ std::size_t numberOf(dGeomID geom) {
 void countBlock(void* pairs, const dParallelSAPPair*, size_t count, size_t) {
   static_cast<std::atomic<std::size_t>*>(pairs)->fetch_add(count, std::memory_order_relaxed);
 }
+
+// A dParallelSAPContactCallback that needs none.
+void leaveContacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
 
 class ParallelSapPeer : public OdeSpacePeer {
  public:
@@ -80,6 +84,7 @@ class ParallelSapPeer : public OdeSpacePeer {
 
   std::size_t find() override {
     if (choice_.report == Report::events) return findEvents();
+    if (choice_.report == Report::contacts) return findContacts();
     const bool concurrent = choice_.report == Report::concurrent_blocks;
     if (choice_.report != Report::blocks && !concurrent) return OdeSpacePeer::find();
     std::atomic<std::size_t> pairs{0};
@@ -111,6 +116,15 @@ class ParallelSapPeer : public OdeSpacePeer {
   dSpaceID createSpace(const Extent&, std::size_t) override { return createChosen(); }
   void woke(dGeomID geom) override {
     if (space_) dParallelSAPSpaceNotify(space_, geom);
+  }
+
+  // Up to four of each pair, as for joints.
+  std::size_t findContacts() {
+    const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(leaveContacts);
+    dParallelSAPSpaceCollideContacts(space_, nullptr, 4, &callbacks);
+    dParallelSAPStats stats;
+    dParallelSAPSpaceGetStats(space_, &stats);
+    return static_cast<std::size_t>(stats.pairs);
   }
 
   std::size_t findEvents() {
