@@ -58,29 +58,14 @@ PairCheck::PairCheck(const std::vector<dGeomID>& geoms)
     const dGeomID proxy = dCreateGeom(proxy_class);
     *static_cast<dGeomID*>(dGeomGetClassData(proxy)) = geom;
     dGeomSetData(proxy, dGeomGetData(geom));
+    // A body tells its geoms that it moved.
     if (const dBodyID body = dGeomGetBody(geom)) dGeomSetBody(proxy, body);
     dSpaceAdd(reference_, proxy);
-    proxies_.push_back(proxy);
   }
 }
 
 PairCheck::~PairCheck() {
   dSpaceDestroy(reference_);
-}
-
-void PairCheck::mirrorState() {
-  for (size_t i = 0; i < geoms_.size(); ++i) {
-    const dGeomID geom = geoms_[i];
-    const dGeomID proxy = proxies_[i];
-    dGeomSetCategoryBits(proxy, dGeomGetCategoryBits(geom));
-    dGeomSetCollideBits(proxy, dGeomGetCollideBits(geom));
-    if (dGeomIsEnabled(geom))
-      dGeomEnable(proxy);
-    else
-      dGeomDisable(proxy);
-    // A body tells its proxies that it moved. A geom without one does not: take its AABB again.
-    if (!dGeomGetBody(proxy)) dGeomSetPosition(proxy, 0, 0, 0);
-  }
 }
 
 std::string PairCheck::describe(std::uint64_t pair) const {
@@ -91,7 +76,6 @@ std::string PairCheck::describe(std::uint64_t pair) const {
 }
 
 std::optional<std::string> PairCheck::compare(const std::vector<Pair>& pairs, bool ordered) {
-  mirrorState();
   std::vector<std::uint64_t> expected;
   dSpaceCollide(reference_, &expected, keepPair);
   std::sort(expected.begin(), expected.end());

@@ -108,9 +108,8 @@ Mesh makeTorus(double ring_radius, double tube_radius) {
   return mesh;
 }
 
-Mesh makeSkittle(double height) {
-  constexpr int segments = 100;
-  constexpr int ring_count = 100;
+Mesh makeSkittle(double height, int segments) {
+  const int ring_count = segments;
   const double scale = height / pin_height;
   std::vector<ProfilePoint> rings;
   for (int i = 0; i < ring_count; ++i) {

@@ -1,8 +1,5 @@
 #include "spaces.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace pile {
 namespace {
 
@@ -30,19 +27,9 @@ const char* backendName(int backend) {
   }
 }
 
-// What is not asked for is left to the environment.
-void setRules(dSpaceID space, const Rules& rules) {
-  if (rules.tolerance > 0)
-    dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(rules.tolerance));
-  if (rules.skip_static) dParallelSAPSpaceSetSkipStatic(space, 1);
-  if (rules.skip_asleep) dParallelSAPSpaceSetSkipAsleep(space, 1);
-  if (rules.cull_planes) dParallelSAPSpaceSetCullPlanes(space, 1);
-}
-
 dSpaceID createParallel(const Options& options) {
   const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
   if (options.threads) dParallelSAPSpaceSetNumThreads(space, *options.threads);
-  setRules(space, options.rules);
   std::string missing;
   if (options.backend && !dParallelSAPSpaceSetBackend(space, *options.backend))
     missing = std::string("the back end ") + backendName(*options.backend);
@@ -53,30 +40,9 @@ dSpaceID createParallel(const Options& options) {
   throw UsageError(missing + " is not to be had here: not in this build, or not on this machine");
 }
 
-dSpaceID createQuadTree(const std::vector<dGeomID>& geoms) {
-  dVector3 low = {0, 0, 0};
-  dVector3 high = {0, 0, 0};
-  for (dGeomID geom : geoms) {
-    dReal box[6];
-    dGeomGetAABB(geom, box);
-    for (int i = 0; i < 3; ++i) {
-      if (std::isfinite(box[2 * i])) low[i] = std::min(low[i], box[2 * i]);
-      if (std::isfinite(box[2 * i + 1])) high[i] = std::max(high[i], box[2 * i + 1]);
-    }
-  }
-  dVector3 centre = {0, 0, 0};
-  dVector3 extents = {0, 0, 0};
-  for (int i = 0; i < 3; ++i) {
-    centre[i] = (low[i] + high[i]) / 2;
-    extents[i] = high[i] - low[i];
-  }
-  constexpr int depth = 6;  // 64 x 64 leaves
-  return dQuadTreeSpaceCreate(nullptr, centre, extents, depth);
-}
-
 }  // namespace
 
-dSpaceID createSpace(const Options& options, const std::vector<dGeomID>& geoms) {
+dSpaceID createSpace(const Options& options) {
   switch (options.space) {
     case SpaceKind::Parallel:
       return createParallel(options);
@@ -84,8 +50,6 @@ dSpaceID createSpace(const Options& options, const std::vector<dGeomID>& geoms) 
       return dHashSpaceCreate(nullptr);
     case SpaceKind::SweepAndPrune:
       return dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
-    case SpaceKind::QuadTree:
-      return createQuadTree(geoms);
     case SpaceKind::Simple:
       break;
   }
@@ -99,8 +63,6 @@ std::string describeSpace(dSpaceID space) {
         return "dHashSpace";
       case dSweepAndPruneSpaceClass:
         return "dSweepAndPruneSpace";
-      case dQuadTreeSpaceClass:
-        return "dQuadTreeSpace";
       default:
         return "dSimpleSpace";
     }

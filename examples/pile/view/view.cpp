@@ -10,7 +10,6 @@
 #include <fstream>
 #include <optional>
 
-#include "../interrupt.h"
 #include "canvas.h"
 #include "offscreen.h"
 #include "picture.h"
@@ -47,12 +46,6 @@ void setWindowTitle(const std::string& title) {
     XStoreName(display, glXGetCurrentDrawable(), title.c_str());
 }
 
-void say(const Camera& camera, const std::string& file) {
-  std::printf("Picture %s: camera at (%.3f, %.3f, %.3f) m, heading %.1f, pitch %.1f degrees\n",
-              file.c_str(), camera.position[0], camera.position[1], camera.position[2],
-              camera.heading, camera.pitch);
-}
-
 class Drawstuff : public Viewer {
  public:
   explicit Drawstuff(const Options& options) : options_(options) {
@@ -77,13 +70,9 @@ class Drawstuff : public Viewer {
     functions_.command = [](int key) { current_->command(key); };
     functions_.stop = [] { current_->stop(); };
     functions_.path_to_textures = PILE_TEXTURES;
-    std::vector<std::string> words = {"pile"};
-    words.insert(words.end(), options_.drawing.begin(), options_.drawing.end());
-    if (!hasFlatGround(show.world)) words.push_back("-noshadow");
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    dsSimulationLoop(static_cast<int>(arguments.size()), arguments.data(), width, height,
-                     &functions_);
+    std::string words[] = {"pile", "-notex", "-noshadow"};
+    char* arguments[] = {words[0].data(), words[1].data(), words[2].data()};
+    dsSimulationLoop(hasFlatGround(show.world) ? 2 : 3, arguments, width, height, &functions_);
   }
 
   // What drawstuff calls in place of its main loop.
@@ -106,12 +95,13 @@ class Drawstuff : public Viewer {
     if (!options_.view) return;
     setWindowTitle(show_->title());
     std::puts(
-        "Space: shove the bodies; a: their bounding boxes; t: contacts; o: draw bodies or not");
+        "a: bounding boxes; t: contacts; Ctrl-P, Ctrl-O, Ctrl-T, Ctrl-X: pause, one step, "
+        "textures, end");
     std::fflush(stdout);
   }
 
   void step(bool paused) {
-    if (options_.view && !ending_ && (paused ? Interrupt::signal() != 0 : !show_->step())) dsStop();
+    if (options_.view && !ending_ && !paused && !show_->step()) dsStop();
     constexpr double glide = 0.1;  // of the way to its target, the camera moves in a frame
     follow(glide);
     canvas_->draw(show_->simulation, layers_);
@@ -142,10 +132,8 @@ class Drawstuff : public Viewer {
   }
 
   void command(int key) {
-    if (key == ' ') show_->shove();
     if (key == 'a' || key == 'A') layers_.boxes ^= true;
     if (key == 't' || key == 'T') layers_.contacts ^= true;
-    if (key == 'o' || key == 'O') layers_.bodies ^= true;
   }
 
   // The end of the window or of the run: draws once more, for the picture.
@@ -159,7 +147,6 @@ class Drawstuff : public Viewer {
       dsDrawFrame(viewport[2], viewport[3], &functions_, 1);
       const Picture picture = readPicture();
       writePng(options_.view ? picture : halved(picture), options_.snapshot);
-      if (!options_.view) say(camera_, options_.snapshot);
     }
     canvas_.reset();  // while OpenGL's context is there
   }

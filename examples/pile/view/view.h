@@ -17,7 +17,6 @@ struct Show {
   const Simulation& simulation;
   std::function<bool()> step;          // false once the run is over
   std::function<std::string()> title;  // of the window
-  std::function<void()> shove;         // pushes the bodies apart
 };
 
 // Draws a pile with drawstuff, the viewer of ODE's demos. One Viewer lives at a time.
