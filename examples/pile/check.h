@@ -3,7 +3,6 @@
 
 #include <ode/ode.h>
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,10 +30,7 @@ class PairCheck {
   std::optional<std::string> compare(const std::vector<Pair>& pairs, bool ordered);
 
  private:
-  std::string describe(std::uint64_t pair) const;
-
   dSpaceID reference_;
-  std::vector<dGeomID> geoms_;
 };
 
 }  // namespace pile

@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <memory>
 #include <string>
 
 #include "comparison.h"
@@ -126,20 +125,18 @@ int Run::finish() {
 }
 
 int run(const Options& options) {
-  std::unique_ptr<Viewer> viewer;
+  Run run(options);
+  bool draws = options.view || !options.snapshot.empty();
   std::string no_picture;
   try {
-    if (options.view || !options.snapshot.empty()) viewer = createViewer(options);
+    if (draws) view(options, run.show());
   } catch (const UsageError& error) {
     if (!options.if_possible || options.view) throw;
     no_picture = error.what();
+    draws = false;
   }
-  Run run(options);
-  if (viewer)
-    viewer->run(run.show());
-  else
-    while (run.step()) {
-    }
+  while (!draws && run.step()) {
+  }
   const int exit_code = run.finish();
   if (!no_picture.empty()) std::printf("No picture of the pile: %s\n", no_picture.c_str());
   return exit_code;

@@ -3,19 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <limits>
-#include <map>
 #include <vector>
 
 #include "scenes.h"
 
 namespace pile {
-namespace {
-
-using Names = std::map<std::string, int>;
-const Names space_names = {{"parallel", int(SpaceKind::Parallel)},
-                           {"hash", int(SpaceKind::Hash)},
-                           {"sap", int(SpaceKind::SweepAndPrune)},
-                           {"simple", int(SpaceKind::Simple)}};
 const Names method_names = {{"auto", dParallelSAPMethodAuto},
                             {"sweep", dParallelSAPMethodSweep},
                             {"brute-force", dParallelSAPMethodBruteForce},
@@ -23,6 +15,13 @@ const Names method_names = {{"auto", dParallelSAPMethodAuto},
 const Names backend_names = {{"auto", dParallelSAPBackendAuto},
                              {"cpu", dParallelSAPBackendCPU},
                              {"cuda", dParallelSAPBackendCUDA}};
+
+namespace {
+
+const Names space_names = {{"parallel", int(SpaceKind::Parallel)},
+                           {"hash", int(SpaceKind::Hash)},
+                           {"sap", int(SpaceKind::SweepAndPrune)},
+                           {"simple", int(SpaceKind::Simple)}};
 
 // dHashSpace numbers the cells of an n x n bit table with an int, 8 cells a number.
 constexpr int hash_space_limit = 131071;

@@ -3,6 +3,7 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -10,6 +11,10 @@
 namespace pile {
 
 enum class SpaceKind { Parallel, Hash, SweepAndPrune, Simple };
+
+// The words of the command line for methods and back ends.
+using Names = std::map<std::string, int>;
+extern const Names method_names, backend_names;
 
 // What the command line said, with the scene's own values where it said nothing.
 struct Options {

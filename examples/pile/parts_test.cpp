@@ -29,20 +29,6 @@ void build(World& world, const Preset& preset, int bodies) {
   preset.build(world, bodies, random);
 }
 
-// Half the side of the square that the static meshes cover; 0 for a plane.
-double groundReach(const Preset& preset, int bodies) {
-  World world;
-  build(world, preset, bodies);
-  double reach = 0;
-  for (dGeomID geom : world.geoms()) {
-    if (dGeomGetBody(geom) || dGeomGetClass(geom) == dPlaneClass) continue;
-    dReal box[6];
-    dGeomGetAABB(geom, box);
-    reach = std::max(reach, static_cast<double>(box[1]));
-  }
-  return reach;
-}
-
 void testStart(const Preset& preset) {
   World world;
   build(world, preset, 100);
@@ -60,14 +46,6 @@ void testStart(const Preset& preset) {
   check(at_rest, name + ": the bodies start at rest");
   check(above && world.state().lost == 0, name + ": they are above the ground");
   check(turns.size() == 100, name + ": each is turned in its own way");
-}
-
-void testGround() {
-  for (const char* name : {"cubes", "balls"}) {
-    const Preset& preset = presetOf(name);
-    check(groundReach(preset, 4 * preset.bodies) > 1.5 * groundReach(preset, preset.bodies),
-          std::string(name) + ": the ground grows with the number of bodies");
-  }
 }
 
 void testLetters() {
@@ -146,7 +124,6 @@ void testLost() {
 
 int main() {
   for (const pile::Preset& preset : pile::presets()) pile::testStart(preset);
-  pile::testGround();
   pile::testLetters();
   pile::testMeshes();
   pile::testCheck();

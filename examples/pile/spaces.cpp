@@ -3,28 +3,10 @@
 namespace pile {
 namespace {
 
-const char* methodName(int method) {
-  switch (method) {
-    case dParallelSAPMethodSweep:
-      return "sweep";
-    case dParallelSAPMethodBruteForce:
-      return "brute-force";
-    case dParallelSAPMethodAxisLists:
-      return "axis-lists";
-    default:
-      return "auto";
-  }
-}
-
-const char* backendName(int backend) {
-  switch (backend) {
-    case dParallelSAPBackendCPU:
-      return "cpu";
-    case dParallelSAPBackendCUDA:
-      return "cuda";
-    default:
-      return "auto";
-  }
+std::string nameIn(const Names& names, int number) {
+  for (const auto& name : names)
+    if (name.second == number) return name.first;
+  return "?";
 }
 
 dSpaceID createParallel(const Options& options) {
@@ -32,9 +14,9 @@ dSpaceID createParallel(const Options& options) {
   if (options.threads) dParallelSAPSpaceSetNumThreads(space, *options.threads);
   std::string missing;
   if (options.backend && !dParallelSAPSpaceSetBackend(space, *options.backend))
-    missing = std::string("the back end ") + backendName(*options.backend);
+    missing = "the back end " + nameIn(backend_names, *options.backend);
   else if (options.method && !dParallelSAPSpaceSetMethod(space, *options.method))
-    missing = std::string("the method ") + methodName(*options.method);
+    missing = "the method " + nameIn(method_names, *options.method);
   if (missing.empty()) return space;
   dSpaceDestroy(space);
   throw UsageError(missing + " is not to be had here: not in this build, or not on this machine");
@@ -69,8 +51,8 @@ std::string describeSpace(dSpaceID space) {
   }
   dParallelSAPStats stats;
   dParallelSAPSpaceGetStats(space, &stats);
-  return std::string("dParallelSAPSpace (") + methodName(stats.method) + ", " +
-         backendName(stats.backend) + ")";
+  return "dParallelSAPSpace (" + nameIn(method_names, stats.method) + ", " +
+         nameIn(backend_names, stats.backend) + ")";
 }
 
 }  // namespace pile

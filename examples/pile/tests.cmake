@@ -23,9 +23,9 @@ foreach(method sweep brute-force axis-lists)
   add_pile_test(${method} 0 "dParallelSAPSpace \\(${method}, cpu.*${checked}" --bodies 1000 --steps 30 --method ${method}
                 --backend cpu --threads 2 --check)
 endforeach()
-add_pile_test(hash 0 "dHashSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space hash --check)
-add_pile_test(sap 0 "dSweepAndPruneSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space sap --check)
-add_pile_test(simple 0 "dSimpleSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space simple --check)
+foreach(space hash sap simple)
+  add_pile_test(${space} 0 "d[A-Z][a-zA-Z]*Space\n.*${checked}" --scene balls --bodies 300 --steps 30 --space ${space} --check)
+endforeach()
 
 # The pairs come in the same order whatever finds them, so the piles are the same to the last bit.
 add_test(
@@ -36,24 +36,17 @@ add_test(
 set_tests_properties(examples.pile.same-for-all-methods PROPERTIES LABELS examples TIMEOUT 120)
 
 # The narrow phase in a loop or on threads: the same contacts, so again the same piles.
-foreach(scene IN ITEMS cubes torus)
-  set(bodies 1500)
-  if(scene STREQUAL "torus")
-    set(bodies 60)
-  endif()
-  add_test(
-    NAME examples.pile.same-narrow-phase.${scene}
-    COMMAND
-      ${CMAKE_COMMAND} "-DPROGRAM=$<TARGET_FILE:pile>" "-DOPTIONS=--scene;${scene};--bodies;${bodies};--steps;150"
-      "-DFIRST=--narrow;serial" "-DSECOND=--narrow;parallel;--threads;3"
-      "-DFOLDER=${CMAKE_CURRENT_BINARY_DIR}/${scene}" -P "${CMAKE_CURRENT_SOURCE_DIR}/compare_runs.cmake")
-  set_tests_properties(examples.pile.same-narrow-phase.${scene} PROPERTIES LABELS examples TIMEOUT 120)
-endforeach()
+add_test(
+  NAME examples.pile.same-narrow-phase
+  COMMAND ${CMAKE_COMMAND} "-DPROGRAM=$<TARGET_FILE:pile>" "-DOPTIONS=--scene;torus;--bodies;60;--steps;150"
+          "-DFIRST=--narrow;serial" "-DSECOND=--narrow;parallel;--threads;3"
+          "-DFOLDER=${CMAKE_CURRENT_BINARY_DIR}/narrow" -P "${CMAKE_CURRENT_SOURCE_DIR}/compare_runs.cmake")
+set_tests_properties(examples.pile.same-narrow-phase PROPERTIES LABELS examples TIMEOUT 120)
 # The check must not find what is timed before.
 add_pile_test(narrow-check 0 "extract pairs +[0-9.]*[1-9].*${checked}" --scene balls --bodies 500 --steps 100 --narrow parallel --check)
 
 # dSweepAndPruneSpace reports a plane with every geom, so the check must find a difference.
-add_pile_test(check-can-fail 1 "frame 1: the pair \\(plane 0, trimesh 1\\) is not one of dHashSpace's"
+add_pile_test(check-can-fail 1 "frame 1: the pair \\(0, 1\\) is not one of dHashSpace's"
               --scene alphabet --bodies 30 --steps 10 --space sap --check)
 
 # The sizes of the paper's scenes.
@@ -71,7 +64,6 @@ add_pile_test(unknown-scene 2 "--scene: marbles not in" --scene marbles)
 add_pile_test(unknown-option 2 "--colour" --colour red)
 add_pile_test(negative-bodies 2 "--bodies: Value -5 not in range" --bodies -5)
 add_pile_test(negative-seed 2 "--seed: Value -3 not in range" --seed -3)
-add_pile_test(no-number 2 "--threads" --threads many)
 foreach(option --threads=2 --method=sweep --backend=cpu --narrow=parallel --compare=5)
   add_pile_test(elsewhere${option} 2 "--narrow parallel and --compare need --space parallel" --space hash ${option})
 endforeach()
@@ -108,8 +100,7 @@ if(PILE_HAS_VIEW AND ODE_PARALLEL_SAP_PYTHON)
                                                        $<TARGET_FILE:pile> ${look})
     set_tests_properties("examples.pile.view-${look}" PROPERTIES LABELS examples TIMEOUT 300 SKIP_RETURN_CODE 77)
   endforeach()
-  add_pile_test(unwritable-picture 2 "cannot write the file /no/such/folder/picture.png" --snapshot
-                /no/such/folder/picture.png)
+  add_pile_test(unwritable-picture 2 "cannot write the file /no/such/a.png" --snapshot /no/such/a.png)
   add_test(NAME examples.pile.no-display
            COMMAND ${CMAKE_COMMAND} -E env --unset=DISPLAY ${CMAKE_COMMAND} "-DPROGRAM=$<TARGET_FILE:pile>"
                    -DOPTIONS=--view -DEXIT_CODE=2 "-DTEXT=--view needs an X11 display"

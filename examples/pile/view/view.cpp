@@ -7,12 +7,12 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <optional>
 
 #include "canvas.h"
 #include "offscreen.h"
-#include "picture.h"
 
 // drawstuff's X11 part, under another name: dsPlatformSimLoop below chooses between it and memory.
 void dsWindowSimLoop(int width, int height, dsFunctions* functions, int initial_pause);
@@ -23,46 +23,27 @@ namespace {
 constexpr int width = 800;
 constexpr int height = 600;
 
-// A connection to the X server besides drawstuff's, which ends the program if it cannot make its
-// own. It is kept, since an X server without a client may start over.
-class XConnection {
- public:
-  XConnection() : display_(XOpenDisplay(nullptr)) {
-    if (!display_)
-      throw UsageError(
-          "--view needs an X11 display, and cannot open one (DISPLAY). --snapshot FILE draws "
-          "without");
-  }
-  ~XConnection() { XCloseDisplay(display_); }
-  XConnection(const XConnection&) = delete;
-  XConnection& operator=(const XConnection&) = delete;
-
- private:
-  Display* display_;
-};
-
 void setWindowTitle(const std::string& title) {
   if (Display* display = glXGetCurrentDisplay())
     XStoreName(display, glXGetCurrentDrawable(), title.c_str());
 }
 
-class Drawstuff : public Viewer {
+class Drawstuff {
  public:
-  explicit Drawstuff(const Options& options) : options_(options) {
-    if (options_.view)
-      x_.emplace();
-    else
+  Drawstuff(const Options& options, const Show& show) : options_(options), show_(show) {
+    if (!options_.view)
       memory_.emplace(2 * width, 2 * height);
+    else if (!std::getenv("DISPLAY"))
+      throw UsageError("--view needs an X11 display (DISPLAY). --snapshot FILE draws without");
     if (!options_.snapshot.empty() && !std::ofstream(options_.snapshot, std::ios::app))
       throw UsageError("cannot write the file " + options_.snapshot);
     current_ = this;
   }
-  ~Drawstuff() override { current_ = nullptr; }
+  ~Drawstuff() { current_ = nullptr; }
 
-  void run(const Show& show) override {
-    show_ = &show;
+  void run() {
     if (!options_.view)
-      while (show.step()) {
+      while (show_.step()) {
       }
     functions_.version = DS_VERSION;
     functions_.start = [] { current_->start(); };
@@ -72,7 +53,7 @@ class Drawstuff : public Viewer {
     functions_.path_to_textures = PILE_TEXTURES;
     std::string words[] = {"pile", "-notex", "-noshadow"};
     char* arguments[] = {words[0].data(), words[1].data(), words[2].data()};
-    dsSimulationLoop(hasFlatGround(show.world) ? 2 : 3, arguments, width, height, &functions_);
+    dsSimulationLoop(hasFlatGround(show_.world) ? 2 : 3, arguments, width, height, &functions_);
   }
 
   // What drawstuff calls in place of its main loop.
@@ -89,11 +70,11 @@ class Drawstuff : public Viewer {
   using Clock = std::chrono::steady_clock;
 
   void start() {
-    camera_ = target_ = cameraFor(show_->world);
-    canvas_.emplace(show_->world, camera_);
+    camera_ = target_ = cameraFor(show_.world);
+    canvas_.emplace(show_.world, camera_);
     aim();
     if (!options_.view) return;
-    setWindowTitle(show_->title());
+    setWindowTitle(show_.title());
     std::puts(
         "a: bounding boxes; t: contacts; Ctrl-P, Ctrl-O, Ctrl-T, Ctrl-X: pause, one step, "
         "textures, end");
@@ -101,14 +82,14 @@ class Drawstuff : public Viewer {
   }
 
   void step(bool paused) {
-    if (options_.view && !ending_ && !paused && !show_->step()) dsStop();
+    if (options_.view && !ending_ && !paused && !show_.step()) dsStop();
     constexpr double glide = 0.1;  // of the way to its target, the camera moves in a frame
     follow(glide);
-    canvas_->draw(show_->simulation, layers_);
+    canvas_->draw(show_.simulation, layers_);
     constexpr std::chrono::milliseconds legible(250);
     if (!options_.view || Clock::now() - titled_ < legible) return;
-    setWindowTitle(show_->title());
-    target_ = cameraFor(show_->world);
+    setWindowTitle(show_.title());
+    target_ = cameraFor(show_.world);
     titled_ = Clock::now();
   }
 
@@ -139,14 +120,13 @@ class Drawstuff : public Viewer {
   // The end of the window or of the run: draws once more, for the picture.
   void stop() {
     ending_ = true;
-    target_ = cameraFor(show_->world);
+    target_ = cameraFor(show_.world);
     follow(1);
     if (!options_.snapshot.empty()) {
       GLint viewport[4] = {0, 0, 2 * width, 2 * height};
       if (options_.view) glGetIntegerv(GL_VIEWPORT, viewport);
       dsDrawFrame(viewport[2], viewport[3], &functions_, 1);
-      const Picture picture = readPicture();
-      writePng(options_.view ? picture : halved(picture), options_.snapshot);
+      savePicture(options_.snapshot, options_.view ? 1 : 2);
     }
     canvas_.reset();  // while OpenGL's context is there
   }
@@ -154,9 +134,8 @@ class Drawstuff : public Viewer {
   static Drawstuff* current_;
 
   const Options& options_;
-  std::optional<XConnection> x_;
+  const Show& show_;
   std::optional<Offscreen> memory_;
-  const Show* show_ = nullptr;
   dsFunctions functions_ = {};
   std::optional<Canvas> canvas_;
   Camera camera_ = {};
@@ -171,8 +150,8 @@ Drawstuff* Drawstuff::current_ = nullptr;
 
 }  // namespace
 
-std::unique_ptr<Viewer> createViewer(const Options& options) {
-  return std::make_unique<Drawstuff>(options);
+void view(const Options& options, const Show& show) {
+  Drawstuff(options, show).run();
 }
 
 }  // namespace pile
