@@ -70,7 +70,7 @@ class Drawstuff {
   using Clock = std::chrono::steady_clock;
 
   void start() {
-    camera_ = target_ = cameraFor(show_.world);
+    camera_ = cameraFor(show_.world);
     canvas_.emplace(show_.world, camera_);
     aim();
     if (!options_.view) return;
@@ -83,13 +83,11 @@ class Drawstuff {
 
   void step(bool paused) {
     if (options_.view && !ending_ && !paused && !show_.step()) dsStop();
-    constexpr double glide = 0.1;  // of the way to its target, the camera moves in a frame
-    follow(glide);
     canvas_->draw(show_.simulation, layers_);
     constexpr std::chrono::milliseconds legible(250);
     if (!options_.view || Clock::now() - titled_ < legible) return;
     setWindowTitle(show_.title());
-    target_ = cameraFor(show_.world);
+    follow();
     titled_ = Clock::now();
   }
 
@@ -105,10 +103,9 @@ class Drawstuff {
   }
 
   // Keeps the bodies in the picture while they fall and spread, until the user moves the camera.
-  void follow(double share) {
+  void follow() {
     if (viewpoint() != aimed_) return;
-    for (size_t i = 0; i < 3; ++i)
-      camera_.position[i] += share * (target_.position[i] - camera_.position[i]);
+    camera_ = cameraFor(show_.world);
     aim();
   }
 
@@ -120,8 +117,7 @@ class Drawstuff {
   // The end of the window or of the run: draws once more, for the picture.
   void stop() {
     ending_ = true;
-    target_ = cameraFor(show_.world);
-    follow(1);
+    follow();
     if (!options_.snapshot.empty()) {
       GLint viewport[4] = {0, 0, 2 * width, 2 * height};
       if (options_.view) glGetIntegerv(GL_VIEWPORT, viewport);
@@ -139,7 +135,6 @@ class Drawstuff {
   dsFunctions functions_ = {};
   std::optional<Canvas> canvas_;
   Camera camera_ = {};
-  Camera target_ = {};
   std::array<float, 6> aimed_ = {};  // what drawstuff made of camera_
   Layers layers_;
   bool ending_ = false;
