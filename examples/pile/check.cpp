@@ -1,6 +1,7 @@
 #include "check.h"
 
 #include <algorithm>
+#include <cstdint>
 
 #include "world.h"
 
@@ -34,33 +35,21 @@ void keepPair(void* data, dGeomID a, dGeomID b) {
   static_cast<std::vector<std::uint64_t>*>(data)->push_back(packed(a, b));
 }
 
-const char* className(dGeomID geom) {
-  switch (dGeomGetClass(geom)) {
-    case dSphereClass:
-      return "sphere";
-    case dBoxClass:
-      return "box";
-    case dPlaneClass:
-      return "plane";
-    case dTriMeshClass:
-      return "trimesh";
-    default:
-      return "geom";
-  }
+std::string describe(std::uint64_t pair) {
+  return "(" + std::to_string(pair >> 32) + ", " + std::to_string(pair & 0xffffffff) + ")";
 }
 
 }  // namespace
 
-PairCheck::PairCheck(const std::vector<dGeomID>& geoms)
-    : reference_(dHashSpaceCreate(nullptr)), geoms_(geoms) {
+PairCheck::PairCheck(const std::vector<dGeomID>& geoms) : reference_(dHashSpaceCreate(nullptr)) {
   const int proxy_class = proxyClass();
-  for (dGeomID geom : geoms_) {
+  for (dGeomID geom : geoms) {
     const dGeomID proxy = dCreateGeom(proxy_class);
     *static_cast<dGeomID*>(dGeomGetClassData(proxy)) = geom;
     dGeomSetData(proxy, dGeomGetData(geom));
+    // A body tells its geoms that it moved.
     if (const dBodyID body = dGeomGetBody(geom)) dGeomSetBody(proxy, body);
     dSpaceAdd(reference_, proxy);
-    proxies_.push_back(proxy);
   }
 }
 
@@ -68,30 +57,7 @@ PairCheck::~PairCheck() {
   dSpaceDestroy(reference_);
 }
 
-void PairCheck::mirrorState() {
-  for (size_t i = 0; i < geoms_.size(); ++i) {
-    const dGeomID geom = geoms_[i];
-    const dGeomID proxy = proxies_[i];
-    dGeomSetCategoryBits(proxy, dGeomGetCategoryBits(geom));
-    dGeomSetCollideBits(proxy, dGeomGetCollideBits(geom));
-    if (dGeomIsEnabled(geom))
-      dGeomEnable(proxy);
-    else
-      dGeomDisable(proxy);
-    // A body tells its proxies that it moved. A geom without one does not: take its AABB again.
-    if (!dGeomGetBody(proxy)) dGeomSetPosition(proxy, 0, 0, 0);
-  }
-}
-
-std::string PairCheck::describe(std::uint64_t pair) const {
-  const size_t first = pair >> 32;
-  const size_t second = pair & 0xffffffff;
-  return "(" + std::string(className(geoms_[first])) + " " + std::to_string(first) + ", " +
-         className(geoms_[second]) + " " + std::to_string(second) + ")";
-}
-
 std::optional<std::string> PairCheck::compare(const std::vector<Pair>& pairs, bool ordered) {
-  mirrorState();
   std::vector<std::uint64_t> expected;
   dSpaceCollide(reference_, &expected, keepPair);
   std::sort(expected.begin(), expected.end());

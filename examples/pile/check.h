@@ -3,7 +3,6 @@
 
 #include <ode/ode.h>
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,11 +14,12 @@ namespace pile {
 // Compares the pairs that a space reported with those that dHashSpace reports for the same geoms.
 //
 // A geom can be in one space only, so the reference space holds a proxy of every geom: a geom of a
-// user class whose AABB callback hands out the original's AABB, bit for bit, and which has the same
-// body, category and collide bits and enabled state. All filtering is then dHashSpace's own.
+// user class whose AABB callback hands out the original's AABB, bit for bit, and which is on the
+// same body. All filtering is then dHashSpace's own.
 class PairCheck {
  public:
-  // The geoms of a World, not in nested spaces; World::indexOf numbers them.
+  // The geoms of a World, all enabled, with ODE's own category and collide bits; those without a
+  // body never move. World::indexOf numbers them.
   explicit PairCheck(const std::vector<dGeomID>& geoms);
   ~PairCheck();
   PairCheck(const PairCheck&) = delete;
@@ -30,12 +30,7 @@ class PairCheck {
   std::optional<std::string> compare(const std::vector<Pair>& pairs, bool ordered);
 
  private:
-  void mirrorState();
-  std::string describe(std::uint64_t pair) const;
-
   dSpaceID reference_;
-  std::vector<dGeomID> geoms_;
-  std::vector<dGeomID> proxies_;
 };
 
 }  // namespace pile

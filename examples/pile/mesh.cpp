@@ -46,8 +46,8 @@ VolumeIntegrals integrate(const Mesh& mesh) {
   return result;
 }
 
-}  // namespace
-
+// True if every edge is shared by exactly two triangles of opposite direction: only then does the
+// mesh enclose a volume, and has a mass.
 bool isClosed(const Mesh& mesh) {
   std::vector<std::pair<dTriIndex, dTriIndex>> edges;
   edges.reserve(3 * mesh.triangles.size());
@@ -59,6 +59,8 @@ bool isClosed(const Mesh& mesh) {
     return std::binary_search(edges.begin(), edges.end(), std::pair(edge.second, edge.first));
   });
 }
+
+}  // namespace
 
 dMass centreOfMass(Mesh& mesh, double density) {
   if (!isClosed(mesh)) throw std::logic_error("a body's mesh must be closed");

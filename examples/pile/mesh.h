@@ -18,10 +18,6 @@ struct Mesh {
   std::vector<Triangle> triangles;
 };
 
-// True if every edge is shared by exactly two triangles of opposite direction: only then does the
-// mesh enclose a volume, and has a mass.
-bool isClosed(const Mesh& mesh);
-
 // Moves a closed mesh so that its centre of mass is the origin, and returns the mass, centred there
 // too. Throws std::logic_error if the mesh is not closed or is inside out. (dMassSetTrimesh cannot
 // be used: it shifts the inertia tensor by the centre of mass twice.)

@@ -5,8 +5,6 @@
 
 #include <vector>
 
-#include "options.h"
-
 namespace pile {
 
 struct Pair {
@@ -15,10 +13,11 @@ struct Pair {
 };
 
 // Turns pairs of geoms into contacts with ODE's colliders. A pair that no awake body is part of is
-// passed over: nothing about it can change.
+// passed over: nothing about it can change. Of too many contacts, dParallelSAPKeepSpread keeps
+// some.
 class NarrowPhase {
  public:
-  explicit NarrowPhase(int contacts_per_pair, Reducer reducer = Reducer::Farthest);
+  explicit NarrowPhase(int contacts_per_pair);
 
   // Replaces `contacts` by those of the pairs, in their order, one pair after the other.
   void run(const std::vector<Pair>& pairs, std::vector<dContactGeom>& contacts);
@@ -31,19 +30,10 @@ class NarrowPhase {
   static void append(void* phase, dGeomID first, dGeomID second, const dContactGeom* contacts,
                      int count);
 
-  // The most contacts of a pair, by the reducer that was asked for.
-  int keep(dContactGeom* contacts, int count) const;
-
-  size_t most_;
-  Reducer reducer_;
+  int most_;
   std::vector<dContactGeom> found_;
   std::vector<dContactGeom>* contacts_ = nullptr;  // during run()
 };
-
-// Keeps the `most` contacts that say most about the rest: the deepest, then again and again the one
-// farthest from those kept (in place and in direction of the normal). Reorders the list. Returns
-// how many are left.
-size_t reduceContacts(dContactGeom* contacts, size_t count, size_t most);
 
 }  // namespace pile
 

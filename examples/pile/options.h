@@ -3,61 +3,37 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <cstdint>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace pile {
 
-enum class SpaceKind { Parallel, Hash, SweepAndPrune, QuadTree, Simple };
+enum class SpaceKind { Parallel, Hash, SweepAndPrune, Simple };
 
-// Which contacts are kept of a pair that has more than it may have.
-enum class Reducer { Farthest, Deepest, Spread };
-
-// What the parallel space may leave out or add.
-struct Rules {
-  double tolerance = 0;  // metres
-  bool skip_static = false;
-  bool skip_asleep = false;
-  bool cull_planes = false;
-
-  bool any() const { return tolerance > 0 || skip_static || skip_asleep || cull_planes; }
-};
+// The words of the command line for methods and back ends.
+using Names = std::map<std::string, int>;
+extern const Names method_names, backend_names;
 
 // What the command line said, with the scene's own values where it said nothing.
 struct Options {
   std::string scene = "cubes";
   int bodies = 0;
   int steps = 0;
-  double dt = 0;       // seconds
-  int iterations = 0;  // of QuickStep
-  int contacts = 0;    // at most this many a pair
-  std::uint64_t seed = 1;
-  double erp = 0.2;              // the part of an error of a joint that one step mends
-  double cfm = 1e-5;             // how far constraints give, s/kg
-  double density = 1;            // kg/m^3
-  int settle = 0;                // steps before those that are measured
-  bool random_bodies = false;    // created in random order, not in that of their places
-  bool random_contacts = false;  // joints in random order, not in that of the pairs
-  Reducer reducer = Reducer::Farthest;
-  bool sleep = true;  // bodies at rest are disabled
+  int settle = 0;  // steps before those that are measured
+  unsigned seed = 1;
   SpaceKind space = SpaceKind::Parallel;
-  std::optional<int> threads;  // these three are for the parallel space only
+  std::optional<int> threads;  // these four are for the parallel space only
   std::optional<int> method;
   std::optional<int> backend;
-  Rules rules;                     // for the parallel space only
-  bool parallel_narrow = false;    // for the parallel space only
-  bool parallel_stepping = false;  // by ODE's own threads
+  bool parallel_narrow = true;
   bool check = false;
-  int compare = 0;                    // steps more in dHashSpace, and as many in the parallel space
-  std::string csv;                    // empty: none
-  bool view = false;                  // then `steps` is the largest int unless it was given
-  std::string snapshot;               // empty: none
-  std::string times_picture;          // empty: none
-  bool snapshot_if_possible = false;  // without means to draw it is left out, and the run says why
-  std::vector<std::string> drawing;   // drawstuff's own flags
+  int compare = 0;           // steps more in dHashSpace, and as many in the parallel space
+  std::string csv;           // empty: none
+  bool view = false;         // then `steps` is the largest int unless it was given
+  std::string snapshot;      // empty: none
+  bool if_possible = false;  // without means to draw the run has no picture, and says why
 };
 
 // Something the user asked for that cannot be done: exit code 2.

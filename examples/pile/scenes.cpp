@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "letters.h"
 #include "shapes.h"
@@ -70,14 +72,14 @@ void addPlane(World& world) {
 }
 
 // Bodies that all have the one shape.
-void addCopies(World& world, Mesh mesh, int bodies, const DropBlock& block, Random& random) {
+void addCopies(World& world, Mesh mesh, Mesh drawn, int bodies, const DropBlock& block,
+               Random& random) {
   const dMass mass = centreOfMass(mesh, 1);
-  const dTriMeshDataID data = world.addMesh(std::move(mesh));
+  centreOfMass(drawn, 1);
+  const dTriMeshDataID data = world.addMesh(std::move(mesh), std::move(drawn));
   for (int i = 0; i < bodies; ++i)
     world.addBody(meshGeom(data), mass, block.pose(i, world, random));
 }
-
-}  // namespace
 
 void buildCubes(World& world, int bodies, Random& random) {
   const DropBlock block(bodies, 5, std::sqrt(3.0), 2);
@@ -106,7 +108,6 @@ void buildBalls(World& world, int bodies, Random& random) {
   const Bowl bowl(std::max(8.0, block.halfWidth() * std::sqrt(2.0) / 0.8), 12);
   world.addStatic(meshGeom(world.addMesh(bowl.mesh())));
   world.ground_name = "a bowl";
-  world.ground_holds_bodies = true;
   world.ground_height = [bowl](double x, double y) { return bowl.height(x, y); };
   world.body_name = "spheres";
   world.body_size = 0.8;
@@ -123,14 +124,16 @@ void buildSkittles(World& world, int bodies, Random& random) {
   addPlane(world);
   world.body_name = "skittles";
   world.body_size = height;
-  addCopies(world, makeSkittle(height), bodies, DropBlock(bodies, 4, 1.9, 1.3), random);
+  addCopies(world, makeSkittle(height, 100), makeSkittle(height, 24), bodies,
+            DropBlock(bodies, 4, 1.9, 1.3), random);
 }
 
 void buildTorus(World& world, int bodies, Random& random) {
   addPlane(world);
   world.body_name = "tori";
   world.body_size = 1.4;
-  addCopies(world, makeTorus(0.5, 0.2), bodies, DropBlock(bodies, 6, 1.4, 1.2), random);
+  const Mesh torus = makeTorus(0.5, 0.2);
+  addCopies(world, torus, torus, bodies, DropBlock(bodies, 6, 1.4, 1.2), random);
 }
 
 void buildAlphabet(World& world, int bodies, Random& random) {
@@ -150,6 +153,28 @@ void buildAlphabet(World& world, int bodies, Random& random) {
     const size_t shape = static_cast<size_t>(i % shapes);
     world.addBody(meshGeom(meshes[shape]), masses[shape], block.pose(i, world, random));
   }
+}
+
+}  // namespace
+
+const std::vector<Preset>& presets() {
+  // name, about, bodies, steps, dt, contacts, build
+  static const std::vector<Preset> all = {
+      {"cubes", "20,000 boxes onto a terrain of 300,000 triangles", 20000, 300, 0.01, 4,
+       buildCubes},
+      {"balls", "10,000 spheres into a bowl of 600 triangles", 10000, 450, 0.01, 2, buildBalls},
+      {"skittles", "3,500 bowling pins of 20,000 triangles each onto a plane", 3500, 200, 0.005, 6,
+       buildSkittles},
+      {"torus", "1,000 tori of 2,304 triangles each onto a plane", 1000, 500, 0.005, 6, buildTorus},
+      {"alphabet", "260 letters, all different, of 31,680 triangles in all onto a plane", 260, 4000,
+       0.005, 6, buildAlphabet}};
+  return all;
+}
+
+const Preset& presetOf(std::string_view name) {
+  for (const Preset& preset : presets())
+    if (name == preset.name) return preset;
+  throw std::out_of_range("no scene " + std::string(name));
 }
 
 }  // namespace pile

@@ -73,18 +73,7 @@ double pinRadius(double height) {
   const OutlinePoint& a = upper[-1];
   const OutlinePoint& b = upper[0];
   const double t = (height - a.height) / (b.height - a.height);
-  const auto slope = [](const OutlinePoint* left, const OutlinePoint* right) {
-    return (right->diameter - left->diameter) / (right->height - left->height);
-  };
-  // Cubic Hermite through the table, with the slopes of the neighbours' chords.
-  const double slope_a =
-      upper - 1 == std::begin(pin_outline) ? slope(upper - 1, upper) : slope(upper - 2, upper);
-  const double slope_b = upper == last ? slope(upper - 1, upper) : slope(upper - 1, upper + 1);
-  const double h = b.height - a.height;
-  const double diameter = (1 + 2 * t) * (1 - t) * (1 - t) * a.diameter +
-                          t * t * (3 - 2 * t) * b.diameter +
-                          h * t * (1 - t) * ((1 - t) * slope_a - t * slope_b);
-  return 0.5 * diameter;
+  return 0.5 * (a.diameter + t * (b.diameter - a.diameter));
 }
 
 }  // namespace
@@ -108,9 +97,8 @@ Mesh makeTorus(double ring_radius, double tube_radius) {
   return mesh;
 }
 
-Mesh makeSkittle(double height) {
-  constexpr int segments = 100;
-  constexpr int ring_count = 100;
+Mesh makeSkittle(double height, int segments) {
+  const int ring_count = segments;
   const double scale = height / pin_height;
   std::vector<ProfilePoint> rings;
   for (int i = 0; i < ring_count; ++i) {

@@ -8,8 +8,9 @@ namespace pile {
 // 48 x 24 quads: 2,304 triangles. The axis is z.
 Mesh makeTorus(double ring_radius, double tube_radius);
 
-// A bowling pin of 20,000 triangles standing along z, with the outline of a regulation pin.
-Mesh makeSkittle(double height);
+// A bowling pin standing along z, with the outline of a regulation pin: so many rings of so many
+// segments, 20,000 triangles for 100.
+Mesh makeSkittle(double height, int segments);
 
 // A bowl of 600 triangles, open at the top: 40 segments round the z axis, 8 rings.
 class Bowl {

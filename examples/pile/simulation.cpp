@@ -1,10 +1,9 @@
 #include "simulation.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 
-#include "presets.h"
+#include "scenes.h"
 
 namespace pile {
 namespace {
@@ -13,6 +12,10 @@ namespace {
 // what is deeper is pushed out, no faster than a body may be without waking its neighbours much.
 constexpr double resting_depth = 0.002;  // metres
 constexpr double push_out_speed = 1.0;   // metres a second
+
+// Rates per second; that of rotation stands in for rolling friction.
+constexpr double linear_damping = 0.1;
+constexpr double angular_damping = 2;
 
 // A body sleeps when its mean velocity over a while has been below these for half a second: bodies
 // of about one metre that go nowhere, though the solver may jitter them.
@@ -32,24 +35,16 @@ void queuePair(void* data, dGeomID first, dGeomID second) {
   static_cast<std::vector<Pair>*>(data)->push_back({first, second});
 }
 
-void setWorld(dWorldID world, const Options& options) {
-  dWorldSetERP(world, static_cast<dReal>(options.erp));
-  dWorldSetCFM(world, static_cast<dReal>(options.cfm));
-  dWorldSetQuickStepNumIterations(world, options.iterations);
-  dWorldSetContactSurfaceLayer(world, static_cast<dReal>(resting_depth));
-  dWorldSetContactMaxCorrectingVel(world, static_cast<dReal>(push_out_speed));
-}
-
 // What is lost in one step of a velocity that decays at this rate per second.
 dReal fractionLost(double rate, double dt) {
   return static_cast<dReal>(1 - std::exp(-rate * dt));
 }
 
 // Bodies have settings of their own: the world's are only the defaults of those created later.
-void setBody(dBodyID body, const Preset& preset, double dt, bool sleep) {
-  dBodySetLinearDamping(body, fractionLost(preset.linear_damping, dt));
-  dBodySetAngularDamping(body, fractionLost(preset.angular_damping, dt));
-  dBodySetAutoDisableFlag(body, sleep);
+void setBody(dBodyID body, double dt) {
+  dBodySetLinearDamping(body, fractionLost(linear_damping, dt));
+  dBodySetAngularDamping(body, fractionLost(angular_damping, dt));
+  dBodySetAutoDisableFlag(body, 1);
   dBodySetAutoDisableLinearThreshold(body, static_cast<dReal>(sleep_speed));
   dBodySetAutoDisableAngularThreshold(body, static_cast<dReal>(sleep_rotation));
   dBodySetAutoDisableSteps(body, 0);
@@ -62,17 +57,15 @@ void setBody(dBodyID body, const Preset& preset, double dt, bool sleep) {
 
 Simulation::Simulation(World& world, const Options& options)
     : world_(world),
-      dt_(options.dt),
+      dt_(presetOf(options.scene).dt),
       joints_(dJointGroupCreate(0)),
       parallel_narrow_(options.parallel_narrow),
-      narrow_phase_(options.contacts, options.reducer),
-      solver_threads_(options.parallel_stepping ? steppingThreads(options.threads.value_or(0))
-                                                : 1) {
-  setWorld(world.ode(), options);
-  for (dBodyID body : world.bodies()) setBody(body, presetOf(options.scene), dt_, options.sleep);
-  dRandSetSeed(static_cast<unsigned long>(options.seed));  // QuickStep shuffles its rows
-  if (options.parallel_stepping) stepping_.emplace(world.ode(), options.threads.value_or(0));
-  if (options.random_contacts) contact_order_.emplace(options.seed);
+      narrow_phase_(presetOf(options.scene).contacts) {
+  dWorldSetCFM(world.ode(), static_cast<dReal>(1e-5));  // ODE's own in single precision
+  dWorldSetContactSurfaceLayer(world.ode(), static_cast<dReal>(resting_depth));
+  dWorldSetContactMaxCorrectingVel(world.ode(), static_cast<dReal>(push_out_speed));
+  for (dBodyID body : world.bodies()) setBody(body, dt_);
+  dRandSetSeed(options.seed);  // QuickStep shuffles its rows
   if (options.check) check_.emplace(world.geoms());
 }
 
@@ -83,17 +76,11 @@ Simulation::~Simulation() {
 Frame Simulation::step() {
   Frame frame;
   frame.number = ++steps_done_;
-  frame.time = steps_done_ * dt_;
   parallel_narrow_ ? findContacts(frame) : collide(frame);
-  frame.threads.solver = solver_threads_;
-  if (contact_order_) shuffleContacts();
   frame.joints_ms = millisecondsOf([&] { createJoints(); });
   frame.solver_ms = millisecondsOf([&] { dWorldQuickStep(world_.ode(), static_cast<dReal>(dt_)); });
   frame.joints_ms += millisecondsOf([&] { dJointGroupEmpty(joints_); });
-  frame.geoms = static_cast<size_t>(dSpaceGetNumGeoms(world_.space()));
   frame.contacts = contacts_.size();
-  for (const dContactGeom& contact : contacts_)
-    frame.deepest = std::max(frame.deepest, static_cast<double>(contact.depth));
   return frame;
 }
 
@@ -104,7 +91,7 @@ void Simulation::collide(Frame& frame) {
   const bool ours = dSpaceIsParallelSAP(world_.space()) != 0;
   if (ours) {
     dParallelSAPSpaceGetStats(world_.space(), &frame.stages.emplace());
-    frame.threads.broad = frame.stages->find_threads;
+    frame.broad_threads = frame.stages->find_threads;
   }
   if (check_) difference_ = check_->compare(pairs_, ours);
   frame.narrow_ms = millisecondsOf([&] { narrow_phase_.run(pairs_, contacts_); });
@@ -116,8 +103,8 @@ void Simulation::findContacts(Frame& frame) {
   const double both = millisecondsOf([&] { narrow_phase_.run(world_.space(), contacts_); });
   dParallelSAPStats& stages = frame.stages.emplace();
   dParallelSAPSpaceGetStats(world_.space(), &stages);
-  frame.threads.broad = stages.find_threads;
-  frame.threads.narrow = stages.narrow_threads;
+  frame.broad_threads = stages.find_threads;
+  frame.narrow_threads = stages.narrow_threads;
   frame.pairs = stages.pairs;
   frame.narrow_ms = stages.narrow_ms + stages.report_ms;
   frame.broad_ms = both - frame.narrow_ms;
@@ -132,13 +119,6 @@ void Simulation::queuePairs() {
   dSpaceCollide(world_.space(), &pairs_, queuePair);
 }
 
-// Fisher and Yates: the library's shuffle is another one on other systems.
-void Simulation::shuffleContacts() {
-  for (size_t i = contacts_.size(); i > 1; --i)
-    std::swap(contacts_[i - 1],
-              contacts_[static_cast<size_t>(contact_order_->uniform(0, static_cast<double>(i)))]);
-}
-
 void Simulation::createJoints() {
   dContact contact = {};
   contact.surface.mode = dContactApprox1;
@@ -147,7 +127,6 @@ void Simulation::createJoints() {
     contact.geom = geom;
     const dJointID joint = dJointCreateContact(world_.ode(), joints_, &contact);
     dJointAttach(joint, dGeomGetBody(geom.g1), dGeomGetBody(geom.g2));
-    if (watch_) watch_(joint);
   }
 }
 

@@ -4,15 +4,14 @@
 #include <ode/ode.h>
 
 #include <string>
-#include <vector>
 
 #include "options.h"
 
 namespace pile {
 
-// Creates the space that the options ask for, empty, for these geoms (the quad tree needs to know
-// where they are). Throws UsageError where a method or back end is not to be had.
-dSpaceID createSpace(const Options& options, const std::vector<dGeomID>& geoms);
+// Creates the space that the options ask for, empty. Throws UsageError where a method or back end
+// is not to be had.
+dSpaceID createSpace(const Options& options);
 
 // What a space is, and for ours what its last collide used: "dParallelSAPSpace (sweep, cpu)".
 std::string describeSpace(dSpaceID space);

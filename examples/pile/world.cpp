@@ -12,23 +12,6 @@ size_t triangleCount(dGeomID geom) {
   return static_cast<size_t>(dGeomTriMeshGetTriangleCount(geom));
 }
 
-// A new body with the mass, the pose and the velocity of another one.
-dBodyID copyOf(dBodyID other, dWorldID world) {
-  const dBodyID body = dBodyCreate(world);
-  dMass mass;
-  dBodyGetMass(other, &mass);
-  dBodySetMass(body, &mass);
-  const dReal* place = dBodyGetPosition(other);
-  dBodySetPosition(body, place[0], place[1], place[2]);
-  dBodySetQuaternion(body, dBodyGetQuaternion(other));
-  const dReal* speed = dBodyGetLinearVel(other);
-  dBodySetLinearVel(body, speed[0], speed[1], speed[2]);
-  const dReal* rotation = dBodyGetAngularVel(other);
-  dBodySetAngularVel(body, rotation[0], rotation[1], rotation[2]);
-  if (!dBodyIsEnabled(other)) dBodyDisable(body);
-  return body;
-}
-
 }  // namespace
 
 World::World() {
@@ -50,7 +33,12 @@ World::~World() {
 }
 
 dTriMeshDataID World::addMesh(Mesh mesh) {
-  meshes_.push_back({std::move(mesh), dGeomTriMeshDataCreate()});
+  Mesh drawn = mesh;
+  return addMesh(std::move(mesh), std::move(drawn));
+}
+
+dTriMeshDataID World::addMesh(Mesh mesh, Mesh drawn) {
+  meshes_.push_back({std::move(mesh), std::move(drawn), dGeomTriMeshDataCreate()});
   const StoredMesh& stored = meshes_.back();
   dGeomTriMeshDataBuildSingle(
       stored.data, stored.mesh.points.data(), sizeof(Mesh::Point),
@@ -59,10 +47,10 @@ dTriMeshDataID World::addMesh(Mesh mesh) {
   return stored.data;
 }
 
-const Mesh& World::meshOf(dGeomID geom) const {
+const Mesh& World::drawnMeshOf(dGeomID geom) const {
   const dTriMeshDataID data = dGeomTriMeshGetTriMeshDataID(geom);
   for (const StoredMesh& stored : meshes_)
-    if (stored.data == data) return stored.mesh;
+    if (stored.data == data) return stored.drawn;
   throw std::out_of_range("a mesh of another world");
 }
 
@@ -80,31 +68,12 @@ void World::addBody(dGeomID geom, const dMass& mass, const Pose& pose) {
   addGeom(geom);
   body_triangles_ += triangleCount(geom);
   const dBodyID body = dBodyCreate(ode_);
-  dMass scaled = mass;
-  if (density != 1) dMassAdjust(&scaled, static_cast<dReal>(density) * mass.mass);
-  dBodySetMass(body, &scaled);
+  dBodySetMass(body, &mass);
   dBodySetPosition(body, static_cast<dReal>(pose.position[0]), static_cast<dReal>(pose.position[1]),
                    static_cast<dReal>(pose.position[2]));
   dBodySetQuaternion(body, pose.rotation);
   dGeomSetBody(geom, body);
   bodies_.push_back(body);
-}
-
-void World::shuffleBodies(Random& random) {
-  std::vector<dGeomID> geoms, others;
-  for (dGeomID geom : geoms_) (dGeomGetBody(geom) ? geoms : others).push_back(geom);
-  for (size_t i = geoms.size(); i > 1; --i)
-    std::swap(geoms[i - 1], geoms[static_cast<size_t>(random.uniform(0, static_cast<double>(i)))]);
-  geoms_.clear();
-  for (dGeomID geom : others) addGeom(geom);
-  std::vector<dBodyID> bodies;
-  for (dGeomID geom : geoms) {
-    addGeom(geom);
-    bodies.push_back(copyOf(dGeomGetBody(geom), ode_));
-    dGeomSetBody(geom, bodies.back());
-  }
-  for (dBodyID body : bodies_) dBodyDestroy(body);
-  bodies_ = std::move(bodies);
 }
 
 void World::useSpace(dSpaceID space) {
@@ -114,6 +83,17 @@ void World::useSpace(dSpaceID space) {
   }
   space_ = space;
   for (dGeomID geom : geoms_) dSpaceAdd(space_, geom);
+}
+
+State World::state() const {
+  State state;
+  for (dBodyID body : bodies_) {
+    const dReal* p = dBodyGetPosition(body);
+    state.mean_height += p[2] / static_cast<double>(bodies_.size());
+    if (!(p[2] >= ground_height(p[0], p[1]))) ++state.lost;
+    if (!dBodyIsEnabled(body)) ++state.asleep;
+  }
+  return state;
 }
 
 size_t World::indexOf(dGeomID geom) {

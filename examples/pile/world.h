@@ -10,13 +10,19 @@
 #include <vector>
 
 #include "mesh.h"
-#include "random.h"
 
 namespace pile {
 
 struct Pose {
   std::array<double, 3> position;
   dQuaternion rotation;
+};
+
+// Of all bodies at one moment.
+struct State {
+  size_t asleep = 0;
+  size_t lost = 0;         // centres below the ground, or nowhere
+  double mean_height = 0;  // of the centres, metres
 };
 
 // Everything that is simulated: the ODE world, its bodies and its geoms, and the meshes they use.
@@ -28,18 +34,15 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  // Building, used by the scenes. The world owns what it is given. Masses are those of bodies of
-  // 1 kg/m^3, and become those of the world's density.
+  // Building, used by the scenes. The world owns what it is given. `drawn` is drawn in place of the
+  // mesh.
   dTriMeshDataID addMesh(Mesh mesh);
+  dTriMeshDataID addMesh(Mesh mesh, Mesh drawn);
   void addStatic(dGeomID geom);
   void addBody(dGeomID geom, const dMass& mass, const Pose& pose);
 
-  // Makes all bodies once more, in random order, and counts their geoms in that order from now on
-  // (and from the next useSpace on in the space).
-  void shuffleBodies(Random& random);
-
-  // The mesh of a trimesh geom of this world.
-  const Mesh& meshOf(dGeomID geom) const;
+  // What to draw for a trimesh geom of this world.
+  const Mesh& drawnMeshOf(dGeomID geom) const;
 
   // Puts all geoms into the space, in the order in which they were added, and owns it from now on;
   // one that they were in before is destroyed.
@@ -49,26 +52,23 @@ class World {
   dSpaceID space() const { return space_; }
   const std::vector<dBodyID>& bodies() const { return bodies_; }
   const std::vector<dGeomID>& geoms() const { return geoms_; }
+  State state() const;
   size_t staticTriangles() const { return static_triangles_; }
   size_t bodyTriangles() const { return body_triangles_; }
 
   // Position of a geom of this world in geoms().
   static size_t indexOf(dGeomID geom);
 
-  double density = 1;  // kg/m^3, of the bodies that are added from now on
-
   // What the scene says about itself.
   std::string body_name;    // "boxes"
   std::string ground_name;  // "a terrain of 240 tiles"
   double friction = 0.6;    // Coulomb's coefficient
-  double body_size = 1;     // a typical body's extent, to compare penetrations with
-  std::function<double(double x, double y)>
-      ground_height;                 // a body whose centre is below fell through
-  bool ground_holds_bodies = false;  // it is a vessel, to be seen as a whole
+  double body_size = 1;     // a typical body's extent
+  std::function<double(double x, double y)> ground_height;
 
  private:
   struct StoredMesh {
-    Mesh mesh;
+    Mesh mesh, drawn;
     dTriMeshDataID data;
   };
 

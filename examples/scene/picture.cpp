@@ -5,7 +5,6 @@
 #include <array>
 
 #include "../pile/view/offscreen.h"
-#include "../pile/view/picture.h"
 #include "warehouse.h"
 
 namespace scene {
@@ -100,6 +99,6 @@ void dsPlatformSimLoop(int w, int h, dsFunctions* functions, int) {
   dsStartGraphics(w, h, functions);
   scene::aim();
   dsDrawFrame(w, h, functions, 1);
-  pile::writePng(pile::halved(pile::readPicture()), scene::written);
+  pile::savePicture(scene::written, 2);
   dsStopGraphics();
 }

@@ -5,7 +5,6 @@ endif()
 add_library(
   trace-parts STATIC
   "${CMAKE_CURRENT_LIST_DIR}/player.cpp"
-  "${CMAKE_CURRENT_LIST_DIR}/replay_timing.cpp"
   "${CMAKE_CURRENT_LIST_DIR}/replayed_shapes.cpp"
   "${CMAKE_CURRENT_LIST_DIR}/trace_reader.cpp")
 target_compile_features(trace-parts PUBLIC cxx_std_17)

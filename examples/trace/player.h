@@ -43,8 +43,6 @@ class Player {
   // The frame that is shown.
   const Frame& frame() const { return recording_.frames[shown_]; }
   std::size_t place() const { return shown_; }
-  // Removes all.
-  void clear();
 
   // Of a geom that the player made.
   static std::uint32_t numberOf(dGeomID geom) {
@@ -52,7 +50,6 @@ class Player {
   }
   // Those, spaces apart, that are shown with other bounding boxes than were written.
   std::vector<std::uint32_t> otherBounds() const;
-  std::size_t geoms() const { return parts_.size(); }
 
  private:
   struct Part {
@@ -62,6 +59,7 @@ class Player {
     dSpaceID in = nullptr;
   };
 
+  void clear();
   void show(const Frame& frame);
   void showBody(const Body& body);
   void showGeom(const Geom& record);

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <stdexcept>
 
 namespace trace {
 
@@ -45,8 +45,9 @@ void apply(dSpaceID space, const Setting& setting, const Frame& frame) {
   if (!dSpaceIsParallelSAP(space)) return;
   setAsTraced(space, frame);
   dParallelSAPSpaceSetNumThreads(space, setting.threads);
-  dParallelSAPSpaceSetBackend(
-      space, setting.devices > 0 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU);
+  const int backend = setting.devices > 0 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU;
+  if (!dParallelSAPSpaceSetBackend(space, backend))
+    throw std::runtime_error("--devices: there is no GPU here");
   dParallelSAPSpaceSetNumDevices(space, setting.devices);
   if (setting.skip_static) dParallelSAPSpaceSetSkipStatic(space, 1);
   if (setting.skip_asleep) dParallelSAPSpaceSetSkipAsleep(space, 1);
@@ -98,14 +99,6 @@ Timing play(const Recording& recording, const Setting& setting, dSpaceID space) 
 
 }  // namespace
 
-bool isToBeHad(const Setting& setting) {
-  if (setting.space != "parallel" || setting.devices == 0) return true;
-  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
-  const int has = dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCUDA);
-  dSpaceDestroy(space);
-  return has != 0;
-}
-
 Timing measure(const Recording& recording, const Setting& setting) {
   const dSpaceID space = createSpace(setting);
   try {
@@ -116,18 +109,6 @@ Timing measure(const Recording& recording, const Setting& setting) {
     dSpaceDestroy(space);
     throw;
   }
-}
-
-double usualSize(const Recording& recording) {
-  std::vector<double> sizes;
-  for (const Frame& frame : recording.frames)
-    for (const Geom& geom : frame.geoms) {
-      const Bounds& bounds = geom.bounds;
-      const double size =
-          (bounds[1] - bounds[0] + bounds[3] - bounds[2] + bounds[5] - bounds[4]) / 3;
-      if (!geom.is(format::space) && size > 0 && std::isfinite(size)) sizes.push_back(size);
-    }
-  return sizes.empty() ? 1 : median(sizes);
 }
 
 void setAsTraced(dSpaceID space, const Frame& frame) {

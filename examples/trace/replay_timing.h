@@ -30,16 +30,9 @@ struct Timing {
   double pairs = 0, contacts = 0;      // a frame
 };
 
-// Whether this build on this machine has it.
-bool isToBeHad(const Setting& setting);
-
 // Plays the trace; moving the geoms is not in the times, nor is the first frame of each turn, in
-// which all are new. Throws BadTrace.
+// which all are new. Throws BadTrace, or std::runtime_error where there is no GPU.
 Timing measure(const Recording& recording, const Setting& setting);
-
-// The median of the geoms' sizes, as the mean of a bounding box's edges, spaces and what has no
-// finite bounding box apart; 1 where there is none.
-double usualSize(const Recording& recording);
 
 // What the program had set in this frame.
 void setAsTraced(dSpaceID space, const Frame& frame);

@@ -253,8 +253,8 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.find_threads = found.threads;
   frame.stats.candidates = found.pairs;
 
+  frame.clock.begin(Stage::filter);
   if (plan.rules.cull_planes && planes.any()) {
-    frame.clock.begin(Stage::filter);
     planes.found().decide(&filter, plan.threads);
     frame.stats.candidates += planes.found().size();
     planes.putBack(call.geoms(), boxes, plan.threads, candidates);

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "presets.h"
+#include "scenes.h"
 #include "simulation.h"
 #include "spaces.h"
 
@@ -32,13 +32,10 @@ void record(const std::string& directory, const std::string& wish) {
   options.scene = preset.name;
   options.bodies = preset.bodies;
   options.steps = preset.steps;
-  options.dt = preset.dt;
-  options.iterations = preset.iterations;
-  options.contacts = preset.contacts;
   pile::World world;
   pile::Random random(options.seed);
   preset.build(world, options.bodies, random);
-  const dSpaceID space = pile::createSpace(options, world.geoms());
+  const dSpaceID space = pile::createSpace(options);
   world.useSpace(space);
   pile::Simulation simulation(world, options);
   const int every = whole_run ? options.steps / moments_of_run : options.steps;

@@ -66,6 +66,7 @@ TEST_CASE("The times of the stages are those of what was done in them", "[effect
     if (!is_small) {
       CHECK(stats.update_ms > 0);
       CHECK(stats.synchronise_ms > 0);
+      CHECK(stats.filter_ms > 0);
 
       // Where nothing changed these have nothing to do.
       (void)collide(space);

@@ -133,15 +133,15 @@ run tests/run --all
 says "ctest: --test-dir build/release --parallel 2 --output-on-failure --no-tests=error"
 
 # Settings go to CMake, what follows to the program.
-run examples/run -DODE_SOURCE_DIR=/some/where -DA=b --scene balls -notex
+run examples/run -DODE_SOURCE_DIR=/some/where -DA=b --scene balls
 says "cmake: --preset release -DBUILD_TESTING=OFF -DODE_SOURCE_DIR=/some/where -DA=b"
 says "cmake: --build build/release --target pile ode-parallel-sap-libraries --parallel 2"
-says "pile: --scene balls -notex --pictures build/release/pictures"
+says "pile: --scene balls --snapshot build/release/pile.png --if-possible"
 run examples/run -DA=b
-says "pile: --scene cubes --compare 10 --pictures build/release/pictures"
+says "pile: --scene cubes --compare 10 --snapshot build/release/pile.png --if-possible"
 
-# Pictures that are asked for are the only ones; what draws them is then needed, otherwise wanted.
-for arguments in "--view -notex" "--snapshot a.png" "--pictures here" "--picture-of-times a.svg" "--help"; do
+# A picture that is asked for is the only one; what draws it is then needed, otherwise wanted.
+for arguments in "--view" "--snapshot a.png" "--help"; do
   # shellcheck disable=SC2086 # they are words
   run examples/run $arguments
   says "pile: $arguments"
@@ -151,7 +151,7 @@ UNKNOWN=libgl1-mesa-dri run examples/run
 [ $status -eq 0 ] || fail "examples/run ends with $status where a package for pictures is not to be had"
 grep -q 'Going on without libgl1-mesa-dri$' "$folder/errors" || fail "$(cat "$folder/errors")"
 [ -e "$folder/installed/libpng-dev" ] || fail "only $(ls "$folder/installed")"
-says "pile: --scene cubes --compare 10 --pictures build/release/pictures"
+says "pile: --scene cubes --compare 10 --snapshot build/release/pile.png --if-possible"
 UNKNOWN=libgl1-mesa-dri run examples/run --snapshot a.png
 [ $status -eq 1 ] || fail "examples/run ends with $status where a picture that was asked for cannot be"
 run examples/run

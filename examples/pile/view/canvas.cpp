@@ -8,8 +8,6 @@
 #include <map>
 #include <utility>
 
-#include "coarse_mesh.h"
-
 namespace pile {
 namespace {
 
@@ -28,7 +26,6 @@ struct Colour {
 // Told apart by hue alone, whatever the light does to them, from each other and from drawstuff's
 // sky (blue over green over red) and ground (red and green over blue).
 constexpr Colour ground_colour = {0.62F, 0.64F, 0.56F};
-constexpr Colour ground_back_colour = {0.62F, 0.64F, 0.56F, 0.4F};  // bodies shine through
 constexpr Colour awake_colour = {1.0F, 0.5F, 0.08F};
 constexpr Colour asleep_colour = {0.45F, 0.3F, 0.85F};
 constexpr Colour box_colour = {1, 0, 0, 0.2F};
@@ -70,19 +67,10 @@ class Canvas::MeshLists {
 
  private:
   GLuint listOf(dGeomID geom, const Colour& colour) {
-    const Mesh& mesh = world_.meshOf(geom);
+    const Mesh& mesh = world_.drawnMeshOf(geom);
     GLuint& list = lists_[{&mesh, &colour}];
-    if (list == 0) list = compile(drawnOf(geom, colour), colour);
+    if (list == 0) list = compile(mesh, colour);
     return list;
-  }
-
-  Mesh drawnOf(dGeomID geom, const Colour& colour) const {
-    const Mesh& mesh = world_.meshOf(geom);
-    if (dGeomGetBody(geom)) return coarseMesh(mesh);
-    if (&colour == &ground_colour) return mesh;
-    Mesh turned = mesh;
-    for (Mesh::Triangle& triangle : turned.triangles) std::swap(triangle[1], triangle[2]);
-    return turned;
   }
 
   GLuint compile(const Mesh& mesh, const Colour& colour) const {
@@ -140,9 +128,7 @@ void Canvas::aim(const Camera& camera) const {
 }
 
 void Canvas::draw(const Simulation& simulation, const Layers& layers) {
-  for (dGeomID geom : world_.geoms())
-    if (!dGeomGetBody(geom) || layers.bodies) drawGeom(geom);
-  drawGroundFromBehind();
+  for (dGeomID geom : world_.geoms()) drawGeom(geom);
   if (layers.contacts) {
     glDisable(GL_DEPTH_TEST);  // they lie between the bodies
     for (const dContactGeom& contact : simulation.contacts()) drawContact(contact);
@@ -172,14 +158,6 @@ void Canvas::drawGeom(dGeomID geom) {
                          scale_ * static_cast<float>(lengths[1]),
                          scale_ * static_cast<float>(lengths[2])};
   dsDrawBox(centre.data(), rotationOf(geom).data(), sides);
-}
-
-// drawstuff leaves out triangles that are seen from behind: the near wall of a bowl. They come
-// after the bodies, which are seen through them.
-void Canvas::drawGroundFromBehind() {
-  for (dGeomID geom : world_.geoms())
-    if (!dGeomGetBody(geom) && dGeomGetClass(geom) == dTriMeshClass)
-      meshes_->draw(geom, ground_back_colour, place(dGeomGetPosition(geom)));
 }
 
 void Canvas::drawBox(dGeomID geom) const {

@@ -10,9 +10,8 @@
 
 namespace pile {
 
-// What to draw besides the ground.
+// What to draw besides ground and bodies.
 struct Layers {
-  bool bodies = true;
   bool boxes = false;  // the bodies' AABBs
   bool contacts = false;
 };
@@ -36,7 +35,6 @@ class Canvas {
 
   std::array<float, 3> place(const dReal* point) const;
   void drawGeom(dGeomID geom);
-  void drawGroundFromBehind();
   void drawBox(dGeomID geom) const;
   void drawContact(const dContactGeom& contact) const;
 

@@ -3,7 +3,7 @@
 
 namespace pile {
 
-std::unique_ptr<Viewer> createViewer(const Options&) {
+void view(const Options&, const Show&) {
   throw UsageError("--view and --snapshot are not in this build: " PILE_NO_VIEW_REASON
                    ". Install Debian's libglvnd-dev, libglu1-mesa-dev and libpng-dev, and "
                    "configure again");

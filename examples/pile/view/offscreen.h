@@ -3,6 +3,8 @@
 
 #include <EGL/egl.h>
 
+#include <string>
+
 namespace pile {
 
 // An OpenGL context that draws into memory, current on the thread that made it. Needs neither a
@@ -18,6 +20,10 @@ class Offscreen {
  private:
   EGLDisplay display_;
 };
+
+// Writes what the current context has drawn but not yet shown into a PNG file. A pixel of the
+// picture is the mean of `sharing` by `sharing` that were drawn. Throws std::runtime_error.
+void savePicture(const std::string& file, int sharing);
 
 }  // namespace pile
 

@@ -7,13 +7,12 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <optional>
 
-#include "../interrupt.h"
 #include "canvas.h"
 #include "offscreen.h"
-#include "picture.h"
 
 // drawstuff's X11 part, under another name: dsPlatformSimLoop below chooses between it and memory.
 void dsWindowSimLoop(int width, int height, dsFunctions* functions, int initial_pause);
@@ -24,52 +23,27 @@ namespace {
 constexpr int width = 800;
 constexpr int height = 600;
 
-// A connection to the X server besides drawstuff's, which ends the program if it cannot make its
-// own. It is kept, since an X server without a client may start over.
-class XConnection {
- public:
-  XConnection() : display_(XOpenDisplay(nullptr)) {
-    if (!display_)
-      throw UsageError(
-          "--view needs an X11 display, and cannot open one (DISPLAY). --snapshot FILE draws "
-          "without");
-  }
-  ~XConnection() { XCloseDisplay(display_); }
-  XConnection(const XConnection&) = delete;
-  XConnection& operator=(const XConnection&) = delete;
-
- private:
-  Display* display_;
-};
-
 void setWindowTitle(const std::string& title) {
   if (Display* display = glXGetCurrentDisplay())
     XStoreName(display, glXGetCurrentDrawable(), title.c_str());
 }
 
-void say(const Camera& camera, const std::string& file) {
-  std::printf("Picture %s: camera at (%.3f, %.3f, %.3f) m, heading %.1f, pitch %.1f degrees\n",
-              file.c_str(), camera.position[0], camera.position[1], camera.position[2],
-              camera.heading, camera.pitch);
-}
-
-class Drawstuff : public Viewer {
+class Drawstuff {
  public:
-  explicit Drawstuff(const Options& options) : options_(options) {
-    if (options_.view)
-      x_.emplace();
-    else
+  Drawstuff(const Options& options, const Show& show) : options_(options), show_(show) {
+    if (!options_.view)
       memory_.emplace(2 * width, 2 * height);
+    else if (!std::getenv("DISPLAY"))
+      throw UsageError("--view needs an X11 display (DISPLAY). --snapshot FILE draws without");
     if (!options_.snapshot.empty() && !std::ofstream(options_.snapshot, std::ios::app))
       throw UsageError("cannot write the file " + options_.snapshot);
     current_ = this;
   }
-  ~Drawstuff() override { current_ = nullptr; }
+  ~Drawstuff() { current_ = nullptr; }
 
-  void run(const Show& show) override {
-    show_ = &show;
+  void run() {
     if (!options_.view)
-      while (show.step()) {
+      while (show_.step()) {
       }
     functions_.version = DS_VERSION;
     functions_.start = [] { current_->start(); };
@@ -77,13 +51,9 @@ class Drawstuff : public Viewer {
     functions_.command = [](int key) { current_->command(key); };
     functions_.stop = [] { current_->stop(); };
     functions_.path_to_textures = PILE_TEXTURES;
-    std::vector<std::string> words = {"pile"};
-    words.insert(words.end(), options_.drawing.begin(), options_.drawing.end());
-    if (!hasFlatGround(show.world)) words.push_back("-noshadow");
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    dsSimulationLoop(static_cast<int>(arguments.size()), arguments.data(), width, height,
-                     &functions_);
+    std::string words[] = {"pile", "-notex", "-noshadow"};
+    char* arguments[] = {words[0].data(), words[1].data(), words[2].data()};
+    dsSimulationLoop(hasFlatGround(show_.world) ? 2 : 3, arguments, width, height, &functions_);
   }
 
   // What drawstuff calls in place of its main loop.
@@ -100,25 +70,24 @@ class Drawstuff : public Viewer {
   using Clock = std::chrono::steady_clock;
 
   void start() {
-    camera_ = target_ = cameraFor(show_->world);
-    canvas_.emplace(show_->world, camera_);
+    camera_ = cameraFor(show_.world);
+    canvas_.emplace(show_.world, camera_);
     aim();
     if (!options_.view) return;
-    setWindowTitle(show_->title());
+    setWindowTitle(show_.title());
     std::puts(
-        "Space: shove the bodies; a: their bounding boxes; t: contacts; o: draw bodies or not");
+        "a: bounding boxes; t: contacts; Ctrl-P, Ctrl-O, Ctrl-T, Ctrl-X: pause, one step, "
+        "textures, end");
     std::fflush(stdout);
   }
 
   void step(bool paused) {
-    if (options_.view && !ending_ && (paused ? Interrupt::signal() != 0 : !show_->step())) dsStop();
-    constexpr double glide = 0.1;  // of the way to its target, the camera moves in a frame
-    follow(glide);
-    canvas_->draw(show_->simulation, layers_);
+    if (options_.view && !ending_ && !paused && !show_.step()) dsStop();
+    canvas_->draw(show_.simulation, layers_);
     constexpr std::chrono::milliseconds legible(250);
     if (!options_.view || Clock::now() - titled_ < legible) return;
-    setWindowTitle(show_->title());
-    target_ = cameraFor(show_->world);
+    setWindowTitle(show_.title());
+    follow();
     titled_ = Clock::now();
   }
 
@@ -134,32 +103,26 @@ class Drawstuff : public Viewer {
   }
 
   // Keeps the bodies in the picture while they fall and spread, until the user moves the camera.
-  void follow(double share) {
+  void follow() {
     if (viewpoint() != aimed_) return;
-    for (size_t i = 0; i < 3; ++i)
-      camera_.position[i] += share * (target_.position[i] - camera_.position[i]);
+    camera_ = cameraFor(show_.world);
     aim();
   }
 
   void command(int key) {
-    if (key == ' ') show_->shove();
     if (key == 'a' || key == 'A') layers_.boxes ^= true;
     if (key == 't' || key == 'T') layers_.contacts ^= true;
-    if (key == 'o' || key == 'O') layers_.bodies ^= true;
   }
 
   // The end of the window or of the run: draws once more, for the picture.
   void stop() {
     ending_ = true;
-    target_ = cameraFor(show_->world);
-    follow(1);
+    follow();
     if (!options_.snapshot.empty()) {
       GLint viewport[4] = {0, 0, 2 * width, 2 * height};
       if (options_.view) glGetIntegerv(GL_VIEWPORT, viewport);
       dsDrawFrame(viewport[2], viewport[3], &functions_, 1);
-      const Picture picture = readPicture();
-      writePng(options_.view ? picture : halved(picture), options_.snapshot);
-      if (!options_.view) say(camera_, options_.snapshot);
+      savePicture(options_.snapshot, options_.view ? 1 : 2);
     }
     canvas_.reset();  // while OpenGL's context is there
   }
@@ -167,13 +130,11 @@ class Drawstuff : public Viewer {
   static Drawstuff* current_;
 
   const Options& options_;
-  std::optional<XConnection> x_;
+  const Show& show_;
   std::optional<Offscreen> memory_;
-  const Show* show_ = nullptr;
   dsFunctions functions_ = {};
   std::optional<Canvas> canvas_;
   Camera camera_ = {};
-  Camera target_ = {};
   std::array<float, 6> aimed_ = {};  // what drawstuff made of camera_
   Layers layers_;
   bool ending_ = false;
@@ -184,8 +145,8 @@ Drawstuff* Drawstuff::current_ = nullptr;
 
 }  // namespace
 
-std::unique_ptr<Viewer> createViewer(const Options& options) {
-  return std::make_unique<Drawstuff>(options);
+void view(const Options& options, const Show& show) {
+  Drawstuff(options, show).run();
 }
 
 }  // namespace pile

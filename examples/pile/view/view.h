@@ -2,7 +2,6 @@
 #define PILE_VIEW_H
 
 #include <functional>
-#include <memory>
 #include <string>
 
 #include "../options.h"
@@ -17,22 +16,12 @@ struct Show {
   const Simulation& simulation;
   std::function<bool()> step;          // false once the run is over
   std::function<std::string()> title;  // of the window
-  std::function<void()> shove;         // pushes the bodies apart
 };
 
-// Draws a pile with drawstuff, the viewer of ODE's demos. One Viewer lives at a time.
-class Viewer {
- public:
-  virtual ~Viewer() = default;
-
-  // Steps the pile until the run is over or the window closed, and writes the picture if one was
-  // asked for.
-  virtual void run(const Show& show) = 0;
-};
-
-// The viewer for --view and --snapshot. Throws UsageError where this build, or this machine, has
-// nothing to draw with, so that nobody waits for a picture that cannot come.
-std::unique_ptr<Viewer> createViewer(const Options& options);
+// Draws a pile with drawstuff, the viewer of ODE's demos, for --view and --snapshot: steps it until
+// the run is over or the window closed, and writes the picture if one was asked for. Throws
+// UsageError before the first step where this build, or this machine, has nothing to draw with.
+void view(const Options& options, const Show& show);
 
 }  // namespace pile
 
