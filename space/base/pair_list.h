@@ -91,6 +91,8 @@ struct PairList {
   void decide(const PairTest* test, int threads);
   // Closes the gaps of the first part, if it holds all pairs.
   void closeGaps();
+  // Runs lie in the parts, and their pairs ascend, each once, unmarked, the earlier slot first.
+  void validate(std::size_t slots) const;
 };
 
 // Reads a list by the places of its pairs, counted through all runs, from the beginning on.

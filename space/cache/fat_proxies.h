@@ -37,6 +37,8 @@ class FatProxies {
 
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
+  // Each box lies in its fat box, with its filters, and candidates are all pairs of fat boxes.
+  void validate(const BoxSet& boxes) const;
   std::size_t bytes() const {
     return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, sample_);
   }

@@ -104,6 +104,9 @@ class PairCache {
   // Culled planes, of frames that are found anew.
   PlanePairs& planes() { return planes_; }
 
+  // Pairs are all that overlap and pass the filter, more with a tolerance, and no change is left.
+  void validate(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
+                const PairList& pairs) const;
   std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, fat_, planes_); }
 
  private:

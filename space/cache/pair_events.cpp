@@ -8,6 +8,7 @@
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
+#include "space/base/validate.h"
 #include "space/geoms/ode_private.h"
 #include "space/geoms/slots.h"
 
@@ -67,6 +68,7 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
   last_slots_ = geoms.size();
   slots_changed_ = false;
   has_events_ = true;
+  if constexpr (validates) validate();
   return true;
 } catch (const std::bad_alloc&) {
   begun_.resizeDiscarding(0);

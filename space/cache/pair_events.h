@@ -40,6 +40,8 @@ class PairNumbers {
     given_back_.insert(number);
     lowest_ = std::min(lowest_, number);
   }
+  // Used numbers differ and are not free, and none below the lowest is free.
+  void validate(std::vector<Number> used) const;
   std::size_t bytes() const { return given_back_.bytes(); }
 
  private:
@@ -101,6 +103,8 @@ class PairEvents {
   // The place in the last frame of a pair of slots of now; pairs() if there is none.
   std::size_t placeOf(Slot a, Slot b) const;
 
+  // Pairs ascend, and the numbers of those that did not begin are those that did not end.
+  void validate() const;
   // Gives back the events, and storage that the next frame can do without.
   void release();
   std::size_t bytes() const {

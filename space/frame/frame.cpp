@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <new>
 
+#include "space/base/validate.h"
 #include "space/frame/geoms_ahead.h"
 #include "space/frame/without_memory.h"
 
@@ -184,6 +185,11 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
   frame.stats.pairs = pairs.size();
   stages_->cache.endFrame();
   noteStats(frame);
+  if constexpr (validates) {
+    stages_->geom_update.validate(call.geoms());
+    stages_->cache.validate(call.geoms(), stages_->geom_update, plan.rules,
+                            call.lists.large->candidates);
+  }
   return pairs;
 }
 
@@ -240,6 +246,7 @@ Found Pipeline::findAnew(Frame& frame) {
                                               filter, candidates);
     found.method = dParallelSAPMethodSweep;
     frame.stats.candidates_kept = stages_->cache.fat().kept();
+    if constexpr (validates) stages_->cache.fat().validate(boxes);
   } else {
     stages_->cache.fat().noteUnused();
     found = stages_->extraction.find(boxes, plan.extraction, filter, candidates);

@@ -48,6 +48,9 @@ class Edits {
   // Whether a geom that was in a slot, or in the sub-space there, when the call began has stayed.
   bool holds(const Geoms& geoms, Slot slot, const dxGeom* geom, std::uint64_t begin);
 
+  // The table has the geoms of each sub-space that it follows, once.
+  void validate(const Geoms& geoms) const;
+
   // Keeps the stamp of a space through a change of which it says what comes and leaves.
   class Announced {
    public:

@@ -76,6 +76,8 @@ class GeomUpdate {
   const SlotState* states() const { return states_.data(); }  // by slot
   BoxSet& boxes() { return boxes_; }
   const BoxSet& boxes() const { return boxes_; }
+  // Boxes, filters and states are those of their geoms, and the facts count the states.
+  void validate(dxGeom* const* geoms) const;
   std::size_t bytes() const {
     return bytesOf(boxes_, parts_, states_, watched_, slots_, coarse_boxes_);
   }

@@ -82,6 +82,8 @@ class Slots {
     geoms_.resize(slot);
     tomes_.resize(slot);
   }
+  // ODE's list has the geoms of all slots in their order, each with its slot and the pointer to it.
+  void validate(const dxGeom* first, std::size_t count) const;
   void shrink() {
     geoms_.shrink();
     tomes_.shrink();

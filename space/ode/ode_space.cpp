@@ -14,6 +14,7 @@
 
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
+#include "space/base/validate.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/assertions.h"
 #include "space/geoms/pair_rule.h"
@@ -515,10 +516,15 @@ template <class Collide>
 void ParallelSAPSpace::runFrame(Collide collide) {
   const SpannedCall call(*this, Use::change);
   beginFrame(call);
+  if constexpr (validates) {
+    slots_.validate(first, std::size_t(count));
+    silent_.validate(slots_.geoms());
+  }
   with(call.workspace() ? &call.workspace()->frame : nullptr, [&](FrameLists& lists) {
     last_pairs_ = collide(
         {scene(call.nested(), reportsOf(call)), lists, tree_, settings_, getManualCleanup() != 0});
   });
+  if constexpr (validates) edits_.validate(slots_.geoms());
   if (call.nested()) return;
   observers_.forEach([&](SpaceObserver& observer) { observer.endFrame(this, any_moved_); });
   any_moved_ = false;

@@ -77,6 +77,8 @@ class SilentGeoms {
   bool mayHoldSpaces() const {
     return !listed_ || slots_.count() > (lists_ ? lists_->meshes.size() : 0);
   }
+  // The lists have the meshes and spaces that listing them anew finds.
+  void validate(const Buffer<dxGeom*>& geoms) const;
   std::size_t bytes() const { return bytesOf(slots_, changed_, lists_); }
 
  private:

@@ -10,6 +10,7 @@
 #include "space/base/parallel.h"
 #include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"
+#include "space/base/validate.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
 #include "space/queries/ray_bounds.h"
@@ -204,6 +205,8 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     tree_->build(geoms, threads);
     stray_rows_ = 0;
   }
+  if constexpr (validates)
+    if (!is_current) validate(geoms);
   if (!is_open_.load(std::memory_order_relaxed)) is_open_.store(true, std::memory_order_release);
   stray_rows_ += static_cast<double>(queries * tree_->strayRows());
   return true;

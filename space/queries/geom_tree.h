@@ -93,6 +93,9 @@ class GeomTree {
   void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found,
             Kind first = bounded) const;
 
+  // Each geom that has no NaN is in the tree of its kind, by the box of its AABB.
+  void validate(const Geoms& geoms) const;
+
   // A frame went by: a tree that no query used in many of them is given back. Whether it was.
   bool noteFrame() {
     if (!tree_ || ++idle_frames_ != idle_frames) return false;

@@ -50,6 +50,8 @@ class QueryTree {
   template <class Visit>
   void visitAlong(const RayQuery<Real>& ray, Real& limit, Visit visit) const;
 
+  // Each active box has one place, and all other places are empty.
+  void validate(const BoxSet& boxes) const;
   bool holdsNone() const { return cells() == 0 && strayRows() == 0; }
   // Rows of sixteen strays that each query goes through.
   std::size_t strayRows() const { return stray_boxes_.size(); }

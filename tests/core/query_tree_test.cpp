@@ -71,26 +71,3 @@ TEST_CASE("A box that goes far, or is long for once, leaves its cell", "[queries
     CHECK(found(tree, {{x, y, 0.25f}, {x, y, 0.5f}}).empty());
   }
 }
-
-TEST_CASE("Bounds above every cell grow, whatever classes the cells are of", "[queries]") {
-  const ScopedMode mode(exactMode());
-  // Short boxes that fill a node, and long ones that fill more.
-  constexpr Slot short_ones = 256;
-  BoxSet boxes;
-  boxes.size = short_ones + row_length * row_length;
-  for (Slot slot = 0; slot < boxes.size; ++slot) {
-    const float x = static_cast<float>(slot % row_length),
-                y = static_cast<float>(slot / row_length);
-    boxes.boxes.push_back(slot < short_ones ? boxAt(x, y) : boxAt(60 * x, 20 + y, 50));
-  }
-  for (Slot slot = 0; slot < boxes.size; ++slot) {
-    QueryTree<float> tree;
-    tree.build(boxes, 1);
-    Box box = boxes.boxes[slot];
-    box.upper[2] = 2;
-    tree.place(slot, box);
-    box.lower[2] = 1.5f;
-    CHECK(found(tree, box) == std::vector<Slot>{slot});
-    CHECK(tree.strayRows() == 0);
-  }
-}

@@ -426,39 +426,6 @@ TEST_CASE("A disabled geom that is removed is counted no more", "[motions]") {
   CHECK(statsOf(space).disabled == 0);
 }
 
-TEST_CASE("Candidates follow single boxes that leave, shrink or are gone", "[motions]") {
-  for (const double tolerance : {0.0, 0.2}) {
-    const Space space(on_cpu);
-    dParallelSAPSpaceSetTolerance(space, real(tolerance));
-    World world(space);
-    std::vector<Bounds> all;
-    const auto frame = [&] {
-      for (std::size_t i = 0; i < all.size(); ++i) setUserBounds(world.geoms()[i], all[i]);
-      return collide(space);
-    };
-    for (std::size_t i = 0; i < 400; ++i) {
-      all.push_back({real(3 * i), real(3 * i + 1), 0, 1, 0, 1});
-      world.take(createUserBoxWithoutTest(space, all[i]));
-    }
-    all[1] = {1, 2, 0, 1, 0, 1};
-    for (int i = 0; i < 4; ++i) CHECK(frame().size() == 1);
-    CHECK(statsOf(space).candidates_kept > 0);
-    // Within larger boxes, but further apart than the tolerance.
-    all[0][1] = real(0.85);
-    all[1][0] = real(1.15);
-    CHECK(frame().empty());
-    // The last one is gone from where another one comes to.
-    const Bounds last = all.back();
-    all[7] = {last[0] + 2, last[0] + 3, 0, 1, 0, 1};
-    CHECK(frame().empty());
-    all.pop_back();
-    world.shrinkTo(all.size());
-    CHECK(frame().empty());
-    all[7] = last;
-    CHECK(frame().empty());
-  }
-}
-
 TEST_CASE("A frame that a user's class ends leaves nothing to the next one", "[motions]") {
   const Space space(on_cpu);
   World world(space);
