@@ -60,7 +60,9 @@ void GeomUpdate::validate(dxGeom* const* geoms) const {
 
 void Edits::validate(const Geoms& geoms) const {
   constexpr char invariant[] = "the table has the geoms of each sub-space that it follows, once";
-  for (const auto& [slot, tracked] : tracked_) {
+  if (!tables_) return;
+  const auto& all = tables_->known;
+  for (const auto& [slot, tracked] : tables_->tracked) {
     if (!geoms[slot] || !isFresh(tracked)) continue;
     std::size_t count = 0;
     const auto isOwn = [slot = slot, scan = tracked.scan](const auto& known) {
@@ -69,11 +71,11 @@ void Edits::validate(const Geoms& geoms) const {
     for (const Stamped& each : tracked.spaces)
       for (const dxGeom* geom = each.space->first; geom; geom = geom->next) {
         if (IS_SPACE(geom)) continue;
-        const auto known = known_.find(geom);
-        mustHold(known != known_.end() && isOwn(*known) && known->second.came <= now_, invariant);
+        const auto known = all.find(geom);
+        mustHold(known != all.end() && isOwn(*known) && known->second.came <= now_, invariant);
         ++count;
       }
-    mustHold(std::size_t(std::count_if(known_.begin(), known_.end(), isOwn)) == count, invariant);
+    mustHold(std::size_t(std::count_if(all.begin(), all.end(), isOwn)) == count, invariant);
   }
 }
 
