@@ -152,7 +152,7 @@ void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const
       for (; place < end && previous < previous_end &&
              next_.pairs[place] == previous_.pairs[previous];
            ++place, ++previous)
-        if (!given_) next_.numbers[place] = previous_.numbers[previous];
+        next_.numbers[place] = previous_.numbers[previous];
     const Pair next = place < end ? inPreviousSlots(next_.pairs[place]) : ~Pair{0};
     const Pair reported = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
     const Pair rested = resting < resting_end ? resting->pair : ~Pair{0};
@@ -165,10 +165,10 @@ void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const
                                     previous_.numbers[previous], stateOf(reported, geoms, rule)});
       ++previous;
     } else if (next == reported) {
-      if (!given_) next_.numbers[place] = previous_.numbers[previous];
+      next_.numbers[place] = previous_.numbers[previous];
       ++place, ++previous;
     } else if (next == rested) {
-      if (!given_) next_.numbers[place] = resting->number;
+      next_.numbers[place] = resting->number;
       ++place, ++resting;
     } else {
       changes.begun.push_back(place++);

@@ -37,17 +37,39 @@ class PairNumbers {
     return lowest_;
   }
   void give(Number number) {
+    if (number < held_.words() * SlotSet::word_slots && held_.contains(number))
+      return ended_.insert(number);
     given_back_.insert(number);
     lowest_ = std::min(lowest_, number);
   }
+  // A pair's number is its touch's, too, and free when both have ended. reserveHeld() makes room to
+  // hold all that are taken, and throws std::bad_alloc; the others do not.
+  void reserveHeld() {
+    held_.growTo(unused_);
+    ended_.growTo(unused_);
+  }
+  void hold(Number number) { held_.insert(number); }
+  void drop(Number number) {
+    if (number >= held_.words() * SlotSet::word_slots || !held_.contains(number)) return;
+    held_.erase(number);
+    if (!ended_.contains(number)) return;
+    ended_.erase(number);
+    give(number);
+  }
+  void dropAll() {
+    held_.clear();
+    ended_.forEach([this](Number number) { give(number); });
+    ended_.clear();
+  }
   // Used numbers differ and are not free, and none below the lowest is free.
   void validate(std::vector<Number> used) const;
-  std::size_t bytes() const { return given_back_.bytes(); }
+  std::size_t bytes() const { return bytesOf(given_back_, held_, ended_); }
 
  private:
-  SlotSet given_back_;  // the free ones below unused_
-  Number lowest_ = 0;   // none below is free
-  Number unused_ = 0;   // from here on none was ever taken
+  SlotSet given_back_;    // the free ones below unused_
+  SlotSet held_, ended_;  // those of touches, and of these those whose pair has ended
+  Number lowest_ = 0;     // none below is free
+  Number unused_ = 0;     // from here on none was ever taken
 };
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
@@ -70,8 +92,8 @@ class PairEvents {
   // The slots are about to be closed up; null: no geom.
   void closeSlots(const Buffer<dxGeom*>& geoms);
 
-  // Numbers and places that the pairs have elsewhere, by place in this list. They are taken away.
-  // Room is made for more events.
+  // Places that the pairs have elsewhere, and numbers for those that begin, by place in this list.
+  // They are taken away. Room is made for more events.
   struct Given {
     Buffer<Number>& numbers;
     Buffer<std::size_t>& places;

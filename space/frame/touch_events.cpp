@@ -8,12 +8,14 @@
 namespace ode_parallel_sap {
 
 void TouchEvents::beginFrame(PairEvents& pairs, bool contacts) {
+  for (const PairEvents::Event& event : direct_.ended()) pairs.pool().drop(event.number);
   giveBack(next_within_, pairs.pool(), /*all=*/false);
   direct_.updateUnknown();
   no_contacts_ = !contacts;
 }
 
 void TouchEvents::end(PairEvents& pairs) {
+  pairs.pool().dropAll();
   giveBack(next_within_, pairs.pool(), /*all=*/false);
   giveBack(within_, pairs.pool(), /*all=*/true);
 }
@@ -31,8 +33,10 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
   match();
   if (ended_) findPresent(geoms);
   pairs.pool().reserve(begun_);
+  pairs.pool().reserveHeld();
   const PairEvents::Given given = {numbers_, places_, begun_, ended_};
   if (!direct_.update(pairs_, geoms, rules, threads, &given)) throw std::bad_alloc();
+  for (const PairEvents::Event& event : direct_.begun()) pairs.pool().hold(event.number);
   writeWithin(pairs.pool());
   return true;
 } catch (const std::bad_alloc&) {

@@ -501,6 +501,51 @@ TEST_CASE("Touches are those of a map of all pairs with contacts", "[events]") {
     }
 }
 
+TEST_CASE("A touch keeps its number, which no other pair gets meanwhile", "[events]") {
+  const Space space;
+  dParallelSAPSpaceSetEvents(space, dParallelSAPEventPairs | dParallelSAPEventTouches);
+  std::vector<dGeomID> spheres(200);
+  for (std::size_t i = 0; i < spheres.size(); ++i) spheres[i] = dCreateSphere(space, 1);
+  const auto moveTo = [&](std::size_t i, double x) {
+    dGeomSetPosition(spheres[i], static_cast<dReal>(x), 0, 0);
+  };
+  for (std::size_t i = 2; i < spheres.size(); ++i) moveTo(i, 10.0 * static_cast<double>(i));
+  const dParallelSAPContactCallbacks callbacks =
+      dParallelSAPContactCallbacksOf([](void*, dGeomID, dGeomID, const dContactGeom*, int) {});
+  const auto collideContacts = [&] {
+    dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+  };
+  const dParallelSAPPairEvent* events;
+  collideContacts();
+  REQUIRE(dParallelSAPSpaceGetBegunTouches(space, &events) == 1);
+  const unsigned number = events[0].number;
+  // Collides of other kinds see the pair end and others begin, while the touch lasts.
+  moveTo(0, -50);
+  (void)collide(space);
+  REQUIRE(endedOf(space).size() == 1);
+  moveTo(3, 20);
+  (void)collide(space);
+  (void)collide(space);
+  REQUIRE(dParallelSAPSpaceGetBegunPairs(space, &events) == 0);
+  unsigned other;
+  REQUIRE(dParallelSAPSpaceFindPair(space, spheres[2], spheres[3], &other) == 1);
+  CHECK(other != number);
+  moveTo(0, 0);
+  collideContacts();
+  REQUIRE(dParallelSAPSpaceGetBegunTouches(space, &events) == 1);
+  CHECK(events[0].number == other);
+  moveTo(0, -50);
+  collideContacts();
+  REQUIRE(dParallelSAPSpaceGetEndedTouches(space, &events) == 1);
+  CHECK(events[0].number == number);
+  // Then it is free, and the lowest.
+  collideContacts();
+  moveTo(5, 40);
+  collideContacts();
+  REQUIRE(dParallelSAPSpaceGetBegunTouches(space, &events) == 1);
+  CHECK(events[0].number == number);
+}
+
 TEST_CASE("What rests stays a pair and a touch until it parts, is disabled or leaves", "[events]") {
   for (const std::size_t others : {0, 300})
     for (const bool asleep : {true, false}) {

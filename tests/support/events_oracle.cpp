@@ -126,8 +126,13 @@ Events EventsOracle::begin(const Pairs& pairs, const Geoms& geoms, std::vector<u
 }
 
 std::string EventsOracle::check(dSpaceID space, const Pairs& pairs, const Geoms& geoms) {
-  // What ended in the frame before is free from now on.
-  free_.insert(ended_numbers_.begin(), ended_numbers_.end());
+  // What ended in the frame before is free from now on, unless its touch lasts.
+  for (const unsigned number : ended_numbers_) {
+    const bool is_held = std::any_of(touches_.begin(), touches_.end(), [&](const auto& touch) {
+      return !touch.second.within && touch.second.number == number;
+    });
+    (is_held ? held_ : free_).insert(number);
+  }
   ended_numbers_.clear();
   const Events ended = end(space, pairs, geoms);
   std::vector<unsigned> numbers;
@@ -190,7 +195,7 @@ std::string EventsOracle::checkTouches(dSpaceID space, const Pairs& touches, con
       ++touch;
       continue;
     }
-    if (is.within) ended_numbers_.push_back(is.number);
+    if (is.within || held_.erase(is.number)) ended_numbers_.push_back(is.number);
     owed.insert({is.place, is.number, {geomOf(all, pair.first), geomOf(all, pair.second)}});
     touch = touches_.erase(touch);
   }
@@ -216,7 +221,7 @@ std::string EventsOracle::checkTouches(dSpaceID space, const Pairs& touches, con
     const auto found = touches_.find(touch);
     if (found == touches_.end()) return "a touch did not begin";
     if (!found->second.within) {
-      found->second = known_.at(touch);
+      found->second.place = known_.at(touch).place;
     } else {
       const dGeomID a = all.at(touch.first), b = all.at(touch.second);
       const Pair top = ascending(number(topOf(space, a)), number(topOf(space, b)));

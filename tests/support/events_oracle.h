@@ -68,6 +68,7 @@ class EventsOracle {
   Pairs last_;
   std::map<Pair, Known> known_;  // reported or at rest
   std::set<unsigned> free_;      // below next_
+  std::set<unsigned> held_;      // of touches whose pairs have ended
   unsigned next_ = 0;
   std::vector<unsigned> ended_numbers_;
   std::size_t most_ = 0, begun_ = 0, ended_ = 0;

@@ -375,8 +375,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 
 /* A pair or touch that began or ended. A pair that begins gets the lowest free number, in the
  * order of the pairs. It keeps the number up to its ended event, and the next collide may give it
- * to another pair. So numbers can index an array. A touch has the number of its pair, but a touch
- * in sub-spaces has one of its own. */
+ * to another pair. So numbers can index an array. A touch begins with the number of its pair and
+ * keeps it. No other pair gets the number before both have ended. A touch in sub-spaces has a
+ * number of its own. */
 typedef struct dParallelSAPPairEvent {
   dGeomID o1, o2;  /* as reported; of what ended, 0 if it has left its space: it may not exist */
   size_t place;    /* among the collide's pairs; of an ended one, in the last collide that had it;
@@ -431,7 +432,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 
 /* A length, finite, 0 or more. AABBs that are up to this far apart on each axis may be reported as
- * pairs, except in dSpaceCollide2. No overlap is missed, and all runs have the same extra pairs.
+ * pairs, except in dSpaceCollide2. No overlap is missed. All runs with Auto or Sweep have the same
+ * extra pairs; BruteForce and AxisLists have others.
  * Default: 0. A tolerance saves time if geoms move by less than 1/5 of it a frame, and lie within
  * 2^18 tolerances of the origin. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
