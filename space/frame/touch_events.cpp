@@ -30,6 +30,7 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
                          const PackRules& rules, int threads) try {
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
   list(contacts, found, pairs);
+  chooseBit(geoms);
   match();
   if (ended_) findPresent(geoms);
   pairs.pool().reserve(begun_);
@@ -100,6 +101,17 @@ std::uint32_t& TouchEvents::entryOf(const dxGeom* o1, const dxGeom* o2) {
   }
 }
 
+// By how deep the space is in others.
+void TouchEvents::chooseBit(const Buffer<dxGeom*>& geoms) {
+  unsigned depth = 0;
+  for (const dxGeom* const geom : geoms) {
+    if (!geom) continue;
+    for (const dxSpace* space = geom->parent_space; space; space = space->parent_space) ++depth;
+    break;
+  }
+  touching_ = lowest_touching << depth % 4;
+}
+
 // Finds which touches in sub-spaces last. One that the program's callback added twice counts once.
 // A geom without the flag is another one than that of its address in the last frame.
 void TouchEvents::match() {
@@ -120,7 +132,7 @@ void TouchEvents::match() {
     std::uint32_t& entry = entryOf(found.o1, found.o2);
     if (entry > last) continue;
     Within touch = found;
-    if (entry && found.o1->gflags & found.o2->gflags & touches_within) {
+    if (entry && found.o1->gflags & found.o2->gflags & touching_) {
       Within& before = within_[entry - 1];
       before.lasts = touch.lasts = true;
       touch.number = before.number;
@@ -152,7 +164,7 @@ void TouchEvents::findPresent(const Buffer<dxGeom*>& geoms) {
 void TouchEvents::notePresent(dxGeom* geom) {
   if (IS_SPACE(geom))
     for (dxGeom* own = static_cast<dxSpace*>(geom)->first; own; own = own->next) notePresent(own);
-  else if (geom->gflags & touches_within &&
+  else if (geom->gflags & touching_ &&
            std::binary_search(left_.begin(), left_.end(), geom, std::less<dxGeom*>()))
     present_.push_back(geom);
 }
@@ -170,8 +182,8 @@ void TouchEvents::writeWithin(PairNumbers& pool) {
     if (!touch.lasts)
       ended.push_back({ifPresent(touch.o1), ifPresent(touch.o2), touch.place, touch.number});
   for (Within& touch : next_within_) {
-    touch.o1->gflags |= touches_within;
-    touch.o2->gflags |= touches_within;
+    touch.o1->gflags |= touching_;
+    touch.o2->gflags |= touching_;
     if (touch.lasts) continue;
     touch.number = pool.take();
     begun.push_back({touch.o1, touch.o2, touch.place, touch.number});

@@ -34,7 +34,7 @@ class TouchEvents {
   void removeGeom(Slot slot) { direct_.removeGeom(slot); }
   void closeSlots(const Buffer<dxGeom*>& geoms) { direct_.closeSlots(geoms); }
   // The geom leaves a space: at its address another one may come.
-  static void forget(dxGeom* geom) { geom->gflags &= ~touches_within; }
+  static void forget(dxGeom* geom) { geom->gflags &= ~(nested_spaces * lowest_touching); }
 
   const Buffer<PairEvents::Event>& begun() const { return direct_.begun(); }
   const Buffer<PairEvents::Event>& ended() const { return direct_.ended(); }
@@ -48,8 +48,9 @@ class TouchEvents {
   }
 
  private:
-  // fixed: in gflags, where ODE uses the lower bits. Geoms in sub-spaces that were seen to touch.
-  static constexpr int touches_within = 1 << 23;
+  // fixed: in gflags, where ODE uses the lower bits. Geoms in sub-spaces that a space has seen to
+  // touch have its bit: one of four, so that spaces in spaces have their own.
+  static constexpr int lowest_touching = 1 << 20, nested_spaces = 15;
 
   // A touch with a geom in a sub-space.
   struct Within {
@@ -60,6 +61,7 @@ class TouchEvents {
   };
 
   void list(const ContactPairs& contacts, const NarrowPhase& found, const PairEvents& pairs);
+  void chooseBit(const Buffer<dxGeom*>& geoms);
   void match();
   std::uint32_t& entryOf(const dxGeom* o1, const dxGeom* o2);
   void findPresent(const Buffer<dxGeom*>& geoms);
@@ -74,6 +76,7 @@ class TouchEvents {
 
   Buffer<Within> within_, next_within_;  // between two updates, next_within_ holds the last ones
   Buffer<std::uint32_t> table_;          // of touches, by their geoms
+  int touching_ = lowest_touching;       // the bit of this space
   std::size_t begun_ = 0, ended_ = 0;    // of next_within_ and within_, in an update
   Buffer<dxGeom*> left_, present_;       // geoms of touches that ended; those that are still there
   bool no_contacts_ = false;

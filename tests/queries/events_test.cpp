@@ -546,6 +546,32 @@ TEST_CASE("A touch keeps its number, which no other pair gets meanwhile", "[even
   CHECK(events[0].number == number);
 }
 
+TEST_CASE("Spaces in spaces each see that a geom came at the address of another one", "[events]") {
+  const dParallelSAPContactCallbacks callbacks =
+      dParallelSAPContactCallbacksOf([](void*, dGeomID, dGeomID, const dContactGeom*, int) {});
+  int same_address = 0;
+  for (int round = 0; round < 20; ++round) {
+    const Space outer;
+    const dSpaceID inner = dParallelSAPSpaceCreate(outer), stock = dSimpleSpaceCreate(inner);
+    for (const dSpaceID space : {dSpaceID(outer), inner})
+      dParallelSAPSpaceSetEvents(space, dParallelSAPEventTouches);
+    const auto collideContacts = [&](dSpaceID space) {
+      dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+    };
+    (void)dCreateSphere(outer, 1);
+    dGeomSetPosition(dCreateSphere(inner, 1), 0.5, 0, 0);
+    const dGeomID geom = dCreateSphere(stock, 1);
+    collideContacts(outer);
+    dGeomDestroy(geom);
+    same_address += dCreateSphere(stock, 1) == geom;
+    collideContacts(inner);
+    collideContacts(outer);
+    CHECK(begunTouchesOf(outer).size() == 1);
+    CHECK(endedTouchesOf(outer).size() == 1);
+  }
+  CHECK(same_address > 0);
+}
+
 TEST_CASE("What rests stays a pair and a touch until it parts, is disabled or leaves", "[events]") {
   for (const std::size_t others : {0, 300})
     for (const bool asleep : {true, false}) {
