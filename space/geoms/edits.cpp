@@ -73,8 +73,8 @@ void Edits::noteCame(const Geoms& geoms, Slot slot, dxGeom* geom) {
     if (geom->type < 0 || IS_SPACE(geom))
       tracked.stale = true;
     else
-      tables_->known[geom] = {slot, tracked.scan, identityOf(geom) ? identityOf(geom) : identify(geom),
-                      now_};
+      tables_->known[geom] = {slot, tracked.scan,
+                              identityOf(geom) ? identityOf(geom) : identify(geom), now_};
   });
 }
 

@@ -109,7 +109,7 @@ class Edits {
     std::unordered_map<const dxGeom*, Known> known;  // geoms in these
   };
   std::unique_ptr<Tables> tables_;  // from the first change on
-  bool lost_ = false;  // no memory: a geom that came back is taken for one that stayed
+  bool lost_ = false;               // no memory: a geom that came back is taken for one that stayed
 };
 
 }  // namespace ode_parallel_sap
