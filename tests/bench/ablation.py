@@ -6,11 +6,12 @@ the whole one over the scenes of the benchmarks.
     tests/bench/ablation.py measure build/release/tests/bench ablation.csv
     tests/bench/ablation.py count build/release/tests/bench ablation.csv
     tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md
+    tests/bench/ablation.py check
 
 A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds. "nothing"
 is the whole library timed against itself. `count` runs each cell again, alone, with a library that counts what it does, and
 writes how often the mechanism ran; where it did not, what it seems to gain and to lose is what other machine code does by
-itself, and the cell does not count. All run on one thread but dSpaceCollide2 of two spaces (two: give --cores two
+itself, and the cell does not count. `check` says whether the lines where mechanisms run are there. All run on one thread but dSpaceCollide2 of two spaces (two: give --cores two
 processors).
 """
 import argparse
@@ -28,10 +29,10 @@ PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file
 HEADER = "space/base/mechanisms.h"
 # Where each mechanism runs: a file, the beginning of a line, and the condition under which that counts.
 RUNS = {
-    "kept_pairs": ("frame/frame.cpp", "  frame.stats.kept = counts.kept;", "true"),
-    "incremental_trees": ("cache/pair_cache.cpp", "  counts.kept = merge_.replace(", "true"),
-    "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "cache().fat().kept() > 0"),
-    "kept_cells": ("pairs/cell_coherence.cpp", "    if (++reuses_ > 1)", "true"),
+    "kept_pairs": ("frame/frame.cpp", "  return stages_->cache.renew(", "true"),
+    "incremental_trees": ("cache/pair_cache.cpp", "  stats.kept = changed_pairs_.replace(", "true"),
+    "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "stages_->cache.fat().kept() > 0"),
+    "kept_cells": ("pairs/cell_coherence.cpp", "  ++reuses_;", "good"),
     "still_small_scenes": ("frame/small_scenes.cpp", "  lists.changes = changes;", "still"),
     "small_scenes": ("frame/frame.cpp", "  return small_scenes_.collide(", "true"),
     "box_classes": ("pairs/box_classes.cpp", "  classes_.clear();",
@@ -171,14 +172,22 @@ def measure(options):
             print("round", number + 1, flush=True)
 
 
+def check(_):
+    """Each mechanism has one line where it runs."""
+    wrong = ["%s: in %s only" % (name, HEADER if name in mechanisms() else "RUNS") for name in set(mechanisms()) ^ set(RUNS)]
+    for name, (path, line, _) in RUNS.items():
+        with open(os.path.join(PROJECT, "space", path)) as file:
+            if file.read().count("\n" + line) != 1:
+                wrong.append("%s: no one line `%s` of %s" % (path, line, name))
+    sys.exit("\n".join(wrong) or 0)
+
+
 def buildCounting(options, directory):
     """The folder of a library that counts how often each mechanism runs."""
     source, made = copied(options, directory)
     edit(os.path.join(source, HEADER), lambda text: text + COUNTERS % len(RUNS))
-    for place, (name, (path, line, condition)) in enumerate(RUNS.items()):
+    for place, (path, line, condition) in enumerate(RUNS.values()):
         def counting(text):
-            if text.count("\n" + line) != 1:
-                sys.exit("%s: no one line `%s` of %s" % (path, line, name))
             return text.replace("\n" + line, "\nif (%s) ++mechanisms::runs.of[%d];\n%s" % (condition, place, line)).replace(
                 '#include "', '#include "space/base/mechanisms.h"\n#include "', 1)
         edit(os.path.join(source, "space", path), counting)
@@ -306,6 +315,7 @@ def main():
     counting.add_argument("programs", help="where the benchmarks are")
     counting.add_argument("csv")
     counting.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
+    commands.add_parser("check").set_defaults(run=check)
     tabulating = commands.add_parser("table")
     tabulating.set_defaults(run=table)
     tabulating.add_argument("csv")

@@ -19,6 +19,9 @@ add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}
 add_project_test(includes "${here}/../documents/includes.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(documents "${here}/../documents/documents.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(format "${here}/../documents/format.sh" "${PROJECT_SOURCE_DIR}")
+if(ODE_PARALLEL_SAP_PYTHON)
+  add_project_test(ablation "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/ablation.py" check)
+endif()
 add_project_test(skipped "${here}/skipped.sh" "${PROJECT_SOURCE_DIR}")
 
 # The public header compiles without a warning in all languages of its users. C89 has no `long long`, but compilers do.
