@@ -153,6 +153,7 @@ void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const
              next_.pairs[place] == previous_.pairs[previous];
            ++place, ++previous)
         next_.numbers[place] = previous_.numbers[previous];
+    if (place == end && previous == previous_end && resting == resting_end) break;
     const Pair next = place < end ? inPreviousSlots(next_.pairs[place]) : ~Pair{0};
     const Pair reported = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
     const Pair rested = resting < resting_end ? resting->pair : ~Pair{0};
