@@ -4,6 +4,7 @@
 #include <atomic>
 #include <iterator>
 #include <new>
+#include <typeinfo>
 
 namespace ode_parallel_sap {
 
@@ -87,7 +88,8 @@ void Edits::noteLeaving(const Geoms& geoms, Slot slot, const dxGeom* geom) {
 
 void Edits::forget(const dxGeom* geom) {
   tables_->known.erase(geom);
-  if (IS_SPACE(geom))
+  // ~dxGeom has made a space that is destroyed one of the base class, without geoms.
+  if (IS_SPACE(geom) && typeid(*geom) != typeid(dxGeom))
     for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next)
       forget(own);
 }
