@@ -10,6 +10,11 @@ namespace ode_parallel_sap {
 
 namespace {
 
+// A space with a list of geoms: ~dxGeom has made one that is destroyed one of the base class.
+bool isWholeSpace(const dxGeom* geom) {
+  return IS_SPACE(geom) && typeid(*geom) != typeid(dxGeom);
+}
+
 bool isIn(const dxSpace* space, const dxGeom* geom) {
   for (const dxGeom* own = space->first; own; own = own->next)
     if (own == geom || (IS_SPACE(own) && isIn(static_cast<const dxSpace*>(own), geom))) return true;
@@ -88,8 +93,7 @@ void Edits::noteLeaving(const Geoms& geoms, Slot slot, const dxGeom* geom) {
 
 void Edits::forget(const dxGeom* geom) {
   tables_->known.erase(geom);
-  // ~dxGeom has made a space that is destroyed one of the base class, without geoms.
-  if (IS_SPACE(geom) && typeid(*geom) != typeid(dxGeom))
+  if (isWholeSpace(geom))
     for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next)
       forget(own);
 }
@@ -105,7 +109,7 @@ void Edits::scanWithin(Slot slot, dxSpace* space, Tracked& tracked, std::uint64_
   tracked.spaces.push_back({space, stampOf(space)});
   for (dxGeom* geom = space->first; geom; geom = geom->next) {
     if (IS_SPACE(geom)) {
-      scanWithin(slot, static_cast<dxSpace*>(geom), tracked, came);
+      if (isWholeSpace(geom)) scanWithin(slot, static_cast<dxSpace*>(geom), tracked, came);
       continue;
     }
     if (geom->type < 0) tracked.stale = true;  // it is being made, and may be a space
