@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # build_and_run.sh SOURCE BUILD [OPTION]...
 #
-# The preset mingw with these options in a directory of its own: the library, two examples and tests for 64-bit Windows,
+# The preset mingw with these options in a directory of its own: the library, three examples and tests for 64-bit Windows,
 # run by Wine, with a tenth of the random work.
 set -euo pipefail
 source=$1 build=$2 jobs=$(nproc) files='pairs order edits narrow queries lifecycle'
@@ -16,7 +16,7 @@ PATH=$PATH:/usr/lib/wine command -v wine64 >/dev/null || without wine64 wine64
 [ -e /usr/include/catch2/catch.hpp ] || without "version 2 of Catch2, which is a header alone" catch2
 
 cmake -S "$source" -B "$build" --preset mingw "-DODE_PARALLEL_SAP_PROPERTY_TESTS=${files// /;}" "$@"
-cmake --build "$build" --parallel "$jobs" --target minimal pile core-tests property-tests
+cmake --build "$build" --parallel "$jobs" --target minimal triggers pile core-tests property-tests
 export OMP_WAIT_POLICY=passive ODE_PARALLEL_SAP_TEST_SCALE=0.1
 exec ctest --test-dir "$build" --parallel "$jobs" --output-on-failure --no-tests=error --timeout 900 \
   -R "^(examples\..*|core|pairs\.simd|${files// /|})$"
