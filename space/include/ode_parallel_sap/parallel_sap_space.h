@@ -27,7 +27,7 @@
  *
  * Time: linear in geoms and pairs, except with BruteForce and AxisLists. No frame takes more than
  * twice as long as in a new space, plus allocations. A frame waits for no thread that has not
- * begun its work.
+ * begun its work, unless CUDA is set.
  *
  * Failures: a missing thread, GPU or memory costs time, never pairs. dDebug ends the program only
  * if there is no memory for the results of a single pair, ray or probe.
@@ -50,8 +50,8 @@
  *   report.
  * - Read: read geoms, bodies and joints, as dAreConnectedExcluding does, and throw. Do nothing
  *   else with ODE, and write no data that another thread may read.
- * - Work: read geoms and bodies, throw, and write data that belongs to the block's pairs alone.
- *   Also call what the table below lists, and collide other spaces that no other thread uses.
+ * - Work: read likewise, throw, and write data that belongs to the block's pairs alone. Also call
+ *   what the table below lists, and collide other spaces that no other thread uses.
  *
  * A geom that left is in no further report of a running call, even if it came back. A geom that
  * came is in calls that begin later. Changed bits, bodies and enabled states count from later
@@ -247,10 +247,10 @@ enum { dParallelSAPPairsConcurrent = 1 }; /* flag: blocks go to many threads at 
  * 0, pairs are only found and counted, for programs that use begun and ended pairs.
  *
  * Threads: with `flags` 0, blocks come in order, on the calling thread, under the rules of near
- * callbacks. With dParallelSAPPairsConcurrent THE CALLBACK IS CALLED FROM MANY THREADS AT ONCE. It
- * may work (see Callbacks above). For dCollide it must allocate its thread's data, and know which
- * geoms other threads collide. It runs in the caller's floating-point mode: on x86 that of SSE,
- * while x87's is the thread's own.
+ * callbacks. With dParallelSAPPairsConcurrent THE CALLBACK IS CALLED FROM MANY THREADS AT ONCE,
+ * under the rules of Work (see Callbacks above). For dCollide it must allocate its thread's data,
+ * and know which geoms other threads collide. It runs in the caller's floating-point mode: on x86
+ * that of SSE, while x87's is the thread's own.
  *
  * Errors: if a concurrent callback throws, no further block begins, and one exception leaves this
  * call. */
@@ -283,7 +283,7 @@ enum {
 };
 /* Writes the nearest hit of rays[i] to nearest[i]. Returns the number of rays with a hit. A hit
  * is, bit for bit, the nearest of all contacts of dCollide with the geoms that dSpaceCollide2
- * reports for the ray, in sub-spaces too. Settings for pairs have no effect.
+ * reports for the ray, in sub-spaces too. Of the settings for pairs, swept bounds alone count.
  *
  * A ray hits nothing if its origin or direction is not finite, its direction 0, or its length
  * negative or NaN. Meshes without callbacks are asked for the closest hit alone. On a heightfield,
@@ -303,8 +303,8 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRays(dSpaceID space, const dParalle
  * callbacks may. */
 typedef void dParallelSAPRayCallback(void* data, size_t ray, const dParallelSAPRayHit* hits,
                                      size_t count);
-/* Finds all hits. Then it calls the callback for each ray that has any. Returns the number of
- * hits.
+/* Finds all hits, at most `flags` & 0xffff with a geom (0: one). Then it calls the callback for
+ * each ray that has any. Returns the number of hits.
  * Thread of the callback: the calling one, with the space locked. Order: that of the rays. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dParallelSAPRay* rays,
                                                      size_t count, int flags, void* data,
@@ -402,7 +402,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space,
                                                             const unsigned** numbers);
 
 /* Finds a pair of the last collide, whichever geom is named first. Returns 1 and sets *number, or
- * returns 0. Threads: many at once. */
+ * returns 0. Needs dParallelSAPEventPairs. Threads: many at once. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2,
                                                    unsigned* number);
 
@@ -466,9 +466,9 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * |d| + a * r was more than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
-/* dCollide for fast geoms, with SetSweptBounds. Its contacts are those where the geoms first touch
- * on the way, if they move by more than half of a moving one's smallest side. The way is that of
- * enabled bodies' velocities in `step` seconds. Other geoms get dCollide's contacts.
+/* dCollide for fast geoms, with SetSweptBounds. Returns the number of contacts: those where the
+ * geoms first touch on the way, if they move by more than half of a moving one's smallest side. The
+ * way is that of enabled bodies' velocities in `step` seconds. Other geoms get dCollide's contacts.
  *
  * Units: the depth of a contact that is still to come is minus the way that is left. Joints then
  * need dContactMotionN with motionN = depth / step, but not beside dContactBounce. A geom that
