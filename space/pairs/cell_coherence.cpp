@@ -67,7 +67,7 @@ bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
       same.store(false, std::memory_order_relaxed);
     }
   });
-  return same && reuses_ < longest_reuse;
+  return same && reuses_ < longest_reuse && !back_off_.skipTurn();
 }
 
 template <class Real>
@@ -78,6 +78,7 @@ bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
     good = good && !haveGrown(spans_, spans_when_cut_[level - 1]);
   }
   ++reuses_;
+  good ? back_off_.paid() : back_off_.failed();
   return good;
 }
 

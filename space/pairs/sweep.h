@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "space/base/back_off.h"
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/pair_finder.h"
@@ -37,6 +38,7 @@ class CellCoherence {
   SlotSet active_;                          // slots that mayReuse() saw last
   Buffer<Real> spans_, spans_when_cut_[2];  // of all below the nodes of the two lowest levels
   int reuses_ = 0;                          // frames since the cells were cut
+  BackOff back_off_{1};                     // trees over cells of no use are built in vain
 };
 
 // The boxes are sorted once, not along an axis but along a curve through space (CellOrder), and cut
