@@ -66,7 +66,6 @@ void Totals::add(const Frame& frame) {
   if (!frame.stages) return;
   if (!stages) stages.emplace(dParallelSAPStats{});
   stages->update_ms += frame.stages->update_ms;
-  stages->synchronise_ms += frame.stages->synchronise_ms;
   stages->extract_ms += frame.stages->extract_ms;
   stages->filter_ms += frame.stages->filter_ms;
   stages->report_ms += frame.stages->report_ms;
@@ -102,7 +101,6 @@ void printTimes(const Totals& totals, const World& world, const Options& options
   row("broad phase", totals.broad_ms, totals.broad_threads);
   if (totals.stages) {
     row("  update AABBs", totals.stages->update_ms);
-    row("  synchronise", totals.stages->synchronise_ms);
     row("  extract pairs", totals.stages->extract_ms);
     row("  filter", totals.stages->filter_ms);
     row("  report", totals.stages->report_ms);

@@ -59,7 +59,7 @@ class ChangedPairs {
            int threads, Meet meet) {
     const std::size_t count = changed.size();
     const int team = teamFor(count, grains::changed_boxes, threads);
-    parts(team);
+    clearForTeam(parts_, team);
     hits_.resize(std::max(hits_.size(), static_cast<std::size_t>(team)));
     const int used =
         runChunks(meeting_changed, team, count, chunkOf(count, changed_chunk, team),
@@ -71,16 +71,8 @@ class ChangedPairs {
                       addPairs(boxes, all_active, slot, set, hits_[thread], parts_[thread]);
                     }
                   });
-    sort(boxes.size, threads);
+    sortPairs(parts_, boxes.size, threads, workspace_, found_);
     return used;
-  }
-  // Lists for a team's threads to put such pairs into, of which sort() makes found().
-  std::vector<Buffer<Pair>>& parts(int team) {
-    clearForTeam(parts_, team);
-    return parts_;
-  }
-  void sort(std::size_t slots, int threads) {
-    sortPairs(parts_, slots, threads, workspace_, found_);
   }
   PairList& found() { return found_; }
   // Takes all pairs that a slot of `changed` is in out of `pairs`, and puts found(), all pairs of

@@ -68,7 +68,7 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   stats.find_threads = std::max(stats.find_threads, used);
   PairList& found = changed_pairs_.found();
   stats.candidates = found.size();
-  const PairFilter filter(geoms.data(), geom_update, rules_, rules_.cull_planes);
+  const PairFilter filter(geoms.data(), geom_update, rules_);
   found.decide(&filter, threads);
   stats.kept = changed_pairs_.replace(changed_, threads, pairs);
   forgetChanges();

@@ -19,24 +19,6 @@
 
 namespace ode_parallel_sap {
 
-// The bounding boxes of oblique planes overlap all others. So finders do without culled planes,
-// which are tested geom by geom. Their pairs are kept like any other.
-class PlanePairs {
- public:
-  // Finds the pairs of planes that are packed, and makes the boxes of these planes inactive.
-  void take(dxGeom* const* geoms, GeomUpdate& update, int threads);
-  bool any() const { return set_.count() != 0; }
-  // These pairs, ascending.
-  PairList& found() { return pairs_.found(); }
-  // Puts them into `pairs`, which are ascending, and the boxes back.
-  void putBack(dxGeom* const* geoms, BoxSet& boxes, int threads, PairList& pairs);
-  std::size_t bytes() const { return bytesOf(set_, pairs_); }
-
- private:
-  SlotSet set_;
-  ChangedPairs pairs_;
-};
-
 // A proxy is a box with a margin. While boxes stay in their proxies, the pairs that overlap are
 // among the candidates, the pairs of proxies. Candidates are kept in their order; those of proxies
 // that are out of date are found anew in a tree and merged in. There are three margins:
@@ -101,13 +83,10 @@ class PairCache {
   // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }
 
-  // Culled planes, of frames that are found anew.
-  PlanePairs& planes() { return planes_; }
-
   // Pairs are all that overlap and pass the filter, more with a tolerance, and no change is left.
   void validate(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
                 const PairList& pairs) const;
-  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, fat_, planes_); }
+  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, fat_); }
 
  private:
   bool tooMany(std::size_t changes, std::size_t slots) const;
@@ -120,7 +99,6 @@ class PairCache {
   PackRules rules_;            // of the last update()
   ChangedPairs changed_pairs_;
   FatProxies fat_;
-  PlanePairs planes_;
 };
 
 }  // namespace ode_parallel_sap

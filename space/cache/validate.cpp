@@ -36,7 +36,7 @@ void PairCache::validate(dxGeom* const* geoms, const GeomUpdate& update, const P
       "left";
   const ScopedMode mode(exactMode());
   const BoxSet& boxes = update.boxes();
-  const PairFilter filter(geoms, update, rules, rules.cull_planes);
+  const PairFilter filter(geoms, update, rules);
   pairs.validate(boxes.size);
   mustHold(!running_ || changed_.count() == 0, invariant);
   const auto isPair = [&](Slot a, Slot b) {

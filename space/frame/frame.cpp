@@ -209,16 +209,15 @@ void Pipeline::giveBack(const FrameCall& call) {
 bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   const FrameCall& call = frame.call;
   call.scene.noteClean();
-  // Where nothing changed these stages are shorter than reading the clock.
-  if (!update.isSame()) frame.clock.begin(Stage::synchronise);
   noteUpdate(frame);
+  // Where nothing changed the stage is shorter than reading the clock.
   if (!update.isSame()) frame.clock.begin(Stage::extract);
   frame.stats.method = dParallelSAPMethodSweep;
   return stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
                               call.tree, call.lists.large->candidates, frame.stats);
 }
 
-// update -> synchronise -> extract -> filter, for all geoms.
+// update -> extract, for all geoms.
 Found Pipeline::findAnew(Frame& frame) {
   const FrameCall& call = frame.call;
   const Plan& plan = frame.plan;
@@ -228,15 +227,12 @@ Found Pipeline::findAnew(Frame& frame) {
   stages_->cache.forgetChanges();
   call.scene.noteClean();
 
-  frame.clock.begin(Stage::synchronise);
-  BoxSet& boxes = stages_->geom_update.boxes();
+  const BoxSet& boxes = stages_->geom_update.boxes();
   noteUpdate(frame);
-  PlanePairs& planes = stages_->cache.planes();
-  if (plan.rules.cull_planes) planes.take(call.geoms(), stages_->geom_update, plan.threads);
 
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.large->candidates;
-  const PairFilter filter(call.geoms(), stages_->geom_update, plan.rules, /*planes=*/false);
+  const PairFilter filter(call.geoms(), stages_->geom_update, plan.rules);
   Found found;
   const bool fat = plan.fat_pairs && !boxes.wide &&
                    stages_->cache.fat().prepare(
@@ -260,12 +256,6 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.find_threads = found.threads;
   frame.stats.candidates = found.pairs;
 
-  frame.clock.begin(Stage::filter);
-  if (plan.rules.cull_planes && planes.any()) {
-    planes.found().decide(&filter, plan.threads);
-    frame.stats.candidates += planes.found().size();
-    planes.putBack(call.geoms(), boxes, plan.threads, candidates);
-  }
   if (plan.use_cache) stages_->cache.start(call.slots());
   return found;
 }

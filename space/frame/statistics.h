@@ -14,7 +14,7 @@
 namespace ode_parallel_sap {
 
 // As in the statistics.
-enum class Stage { update, synchronise, extract, filter, events, narrow, report, none };
+enum class Stage { update, extract, filter, events, narrow, report, none };
 
 using Clock = std::chrono::steady_clock;
 
@@ -76,8 +76,7 @@ inline FrameCounts countsOf(const dParallelSAPStats& stats) {
 struct FrameSums {
   unsigned long long frames = 0;
   double geoms = 0, pairs = 0, contacts = 0;
-  double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
-         report_ms = 0, total_ms = 0;
+  double update_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0, report_ms = 0, total_ms = 0;
   // Frames have no part in these.
   unsigned long long queries = 0, rays = 0, probes = 0;
   double queries_ms = 0, rays_ms = 0, probes_ms = 0;
@@ -90,7 +89,6 @@ struct FrameSums {
     pairs += static_cast<double>(from.pairs) / divisor;
     contacts += static_cast<double>(from.contacts) / divisor;
     update_ms += from.update_ms / divisor;
-    synchronise_ms += from.synchronise_ms / divisor;
     extract_ms += from.extract_ms / divisor;
     filter_ms += from.filter_ms / divisor;
     narrow_ms += from.narrow_ms / divisor;
@@ -143,7 +141,6 @@ class Statistics {
     *last_ = frame;
     last_->threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
     last_->update_ms = clock.of(Stage::update);
-    last_->synchronise_ms = clock.of(Stage::synchronise);
     last_->extract_ms = clock.of(Stage::extract);
     last_->filter_ms = clock.of(Stage::filter);
     last_->events_ms = clock.of(Stage::events);

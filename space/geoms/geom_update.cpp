@@ -27,15 +27,6 @@ bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
          boxes.bodies[slot] == keyOf(geom->body);
 }
-// Whether the geoms of a block and those asked for ahead lie further apart than in a row.
-bool areScattered(const dxGeom* first, const dxGeom* last) {
-  // fixed: more than a geom takes with its pose, a body and what else a program makes for it.
-  constexpr std::uintptr_t bytes_in_a_row = 2048;
-  constexpr std::uintptr_t reach = bytes_in_a_row * (update_block + prefetch_distance / 2);
-  return reinterpret_cast<std::uintptr_t>(last) - reinterpret_cast<std::uintptr_t>(first) + reach >
-         2 * reach;
-}
-
 void prefetchStatus(const dxBody* body) {
   // fixed: where they are in ODE 0.16, whose private header of bodies is not for us.
   constexpr std::size_t flags = 7 * sizeof(void*);
@@ -44,18 +35,16 @@ void prefetchStatus(const dxBody* body) {
 
 }  // namespace
 
-// One thread's part of forGeoms(), in blocks. The geoms that come next are asked for where they lie
-// scattered in memory, which the first and the last place tell: what lies in a row the processor
-// asks for by itself, and more would be in its way. Geoms that are the calling thread's business
-// are deferred.
+// One thread's part of forGeoms(), in blocks. In a large scene the geoms that come next are asked
+// for. Geoms that are the calling thread's business are deferred.
 template <class Geoms, class Use>
 void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePart& part) {
   constexpr std::size_t ahead = prefetch_distance / 2;
+  constexpr Slot cached = 2048;  // fixed: geoms that a core has in its caches, 1 MB
+  const bool is_large = geoms.count > 0 && geoms.slot(geoms.count - 1) >= cached;
   for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
     const std::size_t end = std::min(begin + update_block, range.end);
-    const std::size_t last = std::min(end + ahead, range.end) - 1;
-    const bool scattered = areScattered(geoms.geom(begin), geoms.geom(last));
-    for (std::size_t i = begin; i < end && scattered; ++i) {
+    for (std::size_t i = begin; i < end && is_large; ++i) {
       if (const dxGeom* const later = i + ahead < range.end ? geoms.geom(i + ahead) : nullptr)
         prefetchState(later);
       const dxGeom* const geom = geoms.geom(i);

@@ -43,16 +43,15 @@ Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
 
 }  // namespace
 
-PairFilter::PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
-                       bool planes)
-    : PairTest(!update.facts().exact_bits || (planes && update.facts().unbounded) ||
+PairFilter::PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules)
+    : PairTest(!update.facts().exact_bits || (rules.cull_planes && update.facts().unbounded) ||
                (rules.skip_asleep && !rules.skip_static)),
       geoms_(geoms),
       bodies_(update.boxes().bodies.data()),
       every_filter_(!update.facts().exact_bits),
       asleep_on_static_(rules.skip_asleep && !rules.skip_static),
       packed_bits_at_rest_(rules.notified),
-      of_planes_(planes && update.facts().unbounded ? update.states() : nullptr) {}
+      of_planes_(rules.cull_planes && update.facts().unbounded ? update.states() : nullptr) {}
 
 // Whether the geoms decide otherwise than the boxes did.
 bool PairFilter::drops(Pair pair) const {

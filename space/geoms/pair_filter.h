@@ -10,9 +10,8 @@ namespace ode_parallel_sap {
 // use it for the pairs that they write.
 class PairFilter final : public PairTest {
  public:
-  // The geoms behind all slots are clean, and packed by `update`, up to its last use. `planes`: it
-  // also drops pairs that are clear of a plane.
-  PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules, bool planes);
+  // The geoms behind all slots are clean, and packed by `update`, up to its last use.
+  PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules);
   Pair* keep(Pair* begin, Pair* end) const override;
 
  private:

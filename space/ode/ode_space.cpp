@@ -209,10 +209,9 @@ void ParallelSAPSpace::printTotals(Print print) const {
   if (sums.frames)
     line(
         "%llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, %.3f ms (update %.3f, "
-        "synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
+        "extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
         sums.frames, kernelSet().name, frame.geoms, frame.pairs, frame.contacts, frame.total_ms,
-        frame.update_ms, frame.synchronise_ms, frame.extract_ms, frame.filter_ms, frame.narrow_ms,
-        frame.report_ms);
+        frame.update_ms, frame.extract_ms, frame.filter_ms, frame.narrow_ms, frame.report_ms);
   if (sums.queries || sums.rays || sums.probes)
     line(
         "dSpaceCollide2 of %llu geoms with their callbacks took %.3f ms, %llu rays took %.3f ms, "

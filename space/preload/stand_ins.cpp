@@ -148,12 +148,12 @@ void report() {
   const FrameSums &all = sums.frames, each = all.average();
   std::fprintf(stderr,
                "ode-parallel-sap: %llu dSpaceCollide of %.0f geoms with %.0f pairs and %.0f "
-               "contacts took %.3f ms each: update %.3f, synchronise %.3f, extract %.3f, filter "
+               "contacts took %.3f ms each: update %.3f, extract %.3f, filter "
                "%.3f, narrow %.3f, callbacks %.3f; dSpaceCollide2 of %llu geoms with their "
                "callbacks took %.3f ms; %.3f s since the first space\n",
                all.frames, each.geoms, each.pairs, each.contacts, each.total_ms, each.update_ms,
-               each.synchronise_ms, each.extract_ms, each.filter_ms, each.narrow_ms, each.report_ms,
-               all.queries, all.queries_ms, milliseconds(sums.begin, Clock::now()) / 1000);
+               each.extract_ms, each.filter_ms, each.narrow_ms, each.report_ms, all.queries,
+               all.queries_ms, milliseconds(sums.begin, Clock::now()) / 1000);
   std::fprintf(stderr,
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",

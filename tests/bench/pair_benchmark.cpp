@@ -270,7 +270,6 @@ Row rowOf(const Cell& cell, const Wishes& wishes) {
       .add("pairs", cell.expected().count)
       .add("extra_pairs", cell.extra)
       .add("update_ms", stage(&Stages::update))
-      .add("synchronise_ms", stage(&Stages::synchronise))
       .add("extract_ms", stage(&Stages::extract))
       .add("filter_ms", stage(&Stages::filter))
       .add("report_ms", stage(&Stages::report))

@@ -25,7 +25,6 @@ constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 // Milliseconds; not_known where a library does not tell.
 struct Stages {
   double update = not_known;
-  double synchronise = not_known;
   double extract = not_known;
   double filter = not_known;
   double report = not_known;

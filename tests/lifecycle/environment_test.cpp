@@ -248,7 +248,6 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends"
                    {" pairs, ", meanOf(&dParallelSAPStats::contacts), whole},
                    {" contacts, ", meanOf(&dParallelSAPStats::total_ms), digit},
                    {" ms (update ", meanOf(&dParallelSAPStats::update_ms), digit},
-                   {", synchronise ", meanOf(&dParallelSAPStats::synchronise_ms), digit},
                    {", extract ", meanOf(&dParallelSAPStats::extract_ms), digit},
                    {", filter ", meanOf(&dParallelSAPStats::filter_ms), digit},
                    {", narrow ", meanOf(&dParallelSAPStats::narrow_ms), digit},

@@ -497,9 +497,9 @@ typedef struct dParallelSAPStats {
   int threads;                        /* threads used by the widest stage */
   int devices;                        /* GPUs used */
   double update_ms;                   /* AABBs of the geoms that moved */
-  double synchronise_ms;              /* taking planes out */
+  double synchronise_ms;              /* 0: a stage of version 0.1 */
   double extract_ms;                  /* finding pairs; up to 120 geoms: all before the report */
-  double filter_ms;                   /* AABBTest calls, pairs of planes */
+  double filter_ms;                   /* AABBTest calls, changed rest and bits */
   double narrow_ms;                   /* the contacts of all pairs */
   double report_ms;                   /* the callbacks, with all that they did */
   double total_ms;                    /* the whole call */

@@ -104,8 +104,7 @@ class ParallelSapPeer : public OdeSpacePeer {
     dParallelSAPStats stats;
     dParallelSAPSpaceGetStats(space_, &stats);
     Account account;
-    account.stages = {stats.update_ms, stats.synchronise_ms, stats.extract_ms, stats.filter_ms,
-                      stats.report_ms};
+    account.stages = {stats.update_ms, stats.extract_ms, stats.filter_ms, stats.report_ms};
     account.own_bytes = static_cast<double>(stats.memory_bytes);
     account.threads = stats.threads;
     account.devices = stats.devices;
