@@ -1,18 +1,159 @@
-#include "extreme.h"
-
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstring>
 #include <ctime>
 #include <stdexcept>
 
+#include "extreme.h"
+
 namespace sap_test::physics {
 
 namespace {
+
+// All in units of the scene, or parts of one.
+constexpr double kCollapse = 0.5;   // further than that from its place
+constexpr double kSag = 0.02;       // lower, or further, than that
+constexpr double kCreep = 0.002;    // in the second half
+constexpr double kDepth = 0.1;      // deeper into each other
+constexpr double kJitter = 0.02;    // of the speed after a fall of one unit
+constexpr double kSleepless = 0.2;  // of that speed, where bodies were thrown
+constexpr double kExplode = 2;      // of the energy there was, and what one unit of height holds
+constexpr double kStretch = 0.05, kBreak = 0.5;  // gap of a joint
+constexpr double kDrift = 0.001, kLost = 0.1;    // energy, momentum, radians
+
+std::string judgeRest(const Measures& m, double fall_speed) {
+  if (m.gain > kExplode) return "explodes";
+  if (m.sink > kCollapse) return "collapses";
+  if (m.shift > kCollapse) return "slides away";
+  if (m.depth > kDepth) return "penetrates";
+  if (m.sink > kSag) return "sags";
+  if (m.shift > kSag) return "shifts";
+  if (m.creep > kCreep) return "creeps";
+  return m.speed > kJitter * fall_speed ? "jitters" : "stands";
+}
+
+std::string judge(const Extreme& extreme, const Measures& m) {
+  // The speed at which something has fallen for one unit.
+  const double fall_speed = std::sqrt(2 * kGravity * extreme.unit) / extreme.unit;
+  switch (extreme.demand) {
+    case Demand::stand:
+      return judgeRest(m, fall_speed);
+    case Demand::stop:
+      if (m.lost > 0) return "tunnels";
+      return m.gain > kExplode ? "explodes" : "stops";
+    case Demand::settle:
+      if (m.lost > 0) return "tunnels";
+      if (m.gain > kExplode) return "explodes";
+      if (m.depth > kDepth) return "penetrates";
+      return m.speed > kSleepless * fall_speed ? "never rests" : "settles";
+    case Demand::hold:
+      if (m.gap > kBreak) return "breaks";
+      return m.gap > kStretch ? "stretches" : "holds";
+    default:
+      if (m.energy > kLost) return "gains energy";
+      if (m.energy < -kLost) return "loses energy";
+      return std::max({std::fabs(m.energy), m.momentum, m.turn}) > kDrift ? "drifts" : "keeps";
+  }
+}
+
+double square(double x) {
+  return x * x;
+}
+void raise(double& most, double value) {
+  if (!(value <= most)) most = value;  // a NaN is the most
+}
+
+class Observer {
+ public:
+  // The scene as it is built.
+  Observer(const Extreme& extreme, const Stage& stage) : extreme_(extreme) {
+    for (std::size_t i = 0; i < stage.bodies().size(); ++i) {
+      start_.push_back(stage.place(i));
+      energy_scale_ +=
+          tradeoff::massOf(stage[i]) * length(tradeoff::gravityOf(stage.world())) * extreme.unit;
+    }
+    middle_ = start_;
+    energy_ = stage.energy();
+    for (std::size_t i = 0; i < start_.size(); ++i)
+      energy_scale_ += 0.5 * square(length(stage.speed(i)));
+    if (start_.empty()) return;
+    momentum_ = tradeoff::spinOf(stage[0]);
+    spin_ = stage.rate(0);
+  }
+
+  // After the step of this number.
+  void look(Stage& stage, int step) {
+    time_ += extreme_.step;
+    if (step == extreme_.steps / 2)
+      for (std::size_t i = 0; i < start_.size(); ++i) middle_[i] = stage.place(i);
+    if (step >= extreme_.steps - extreme_.steps / 5 - 1)
+      lookLate(stage);
+    else
+      stage.depth = 0;
+    // Long runs are looked at now and then.
+    if (extreme_.steps > 10000 && step % 100 && step != extreme_.steps - 1) return;
+    if (extreme_.demand == Demand::conserve)
+      compareFree(stage);
+    else if (energy_scale_ > 0)
+      raise(measures_.gain, std::fmax(0, (stage.energy() - energy_) / energy_scale_));
+  }
+
+  // After the last one.
+  const Measures& end(const Stage& stage) {
+    for (std::size_t i = 0; i < start_.size(); ++i) {
+      const Vec at = stage.place(i);
+      raise(measures_.shift, length(minus(at, start_[i])) / extreme_.unit);
+      raise(measures_.sink, (start_[i][2] - at[2]) / extreme_.unit);
+      raise(measures_.creep, length(minus(at, middle_[i])) / extreme_.unit);
+      if (extreme_.lost && extreme_.lost(stage, i)) ++measures_.lost;
+    }
+    return measures_;
+  }
+
+ private:
+  void lookLate(const Stage& stage) {
+    raise(measures_.depth, stage.depth / extreme_.unit);
+    for (std::size_t i = 0; i < start_.size(); ++i)
+      raise(measures_.speed, length(stage.speed(i)) / extreme_.unit);
+    if (extreme_.demand != Demand::hold) return;
+    if (extreme_.error) return raise(measures_.gap, extreme_.error(stage));
+    for (const dJointID joint : stage.joints()) raise(measures_.gap, gapOf(joint) / extreme_.unit);
+  }
+
+  // The body turns about one of its axes at a constant rate, if it began so.
+  void compareFree(const Stage& stage) {
+    if (energy_ != 0) measures_.energy = tradeoff::spinEnergyOf(stage[0]) / energy_ - 1;
+    const double momentum = length(momentum_), rate = length(spin_);
+    if (momentum != 0)
+      measures_.momentum = length(minus(tradeoff::spinOf(stage[0]), momentum_)) / momentum;
+    if (rate == 0) return;
+    const Vec axis = 1 / rate * spin_;
+    if (length(minus(momentum * axis, momentum_)) > 1e-3 * momentum) return;  // it tumbles
+    // A direction across the axis, as it should be now and as it is.
+    Vec across = cross(axis, std::fabs(axis[0]) < 0.9 ? Vec{1, 0, 0} : Vec{0, 1, 0});
+    across = 1 / length(across) * across;
+    dVector3 turned;
+    dBodyVectorToWorld(stage[0], real(across[0]), real(across[1]), real(across[2]), turned);
+    const double angle =
+        std::atan2(dot(vec(turned), cross(axis, across)), dot(vec(turned), across));
+    // It drifts by far less than a turn from one look to the next.
+    turned_ += std::remainder(angle - rate * time_ - turned_, 2 * kPi);
+    measures_.turn = std::fabs(turned_);
+  }
+
+  const Extreme& extreme_;
+  std::vector<Vec> start_, middle_;
+  double energy_ = 0, energy_scale_ = 0;
+  Vec momentum_ = {0, 0, 0}, spin_ = {0, 0, 0};
+  double time_ = 0;
+  double turned_ = 0;  // of the turn, radians
+  Measures measures_;
+};
 
 // What a run's process has to say, in memory that both share.
 struct Report {
@@ -38,13 +179,13 @@ void answerAborted(int, const char*, va_list) {
 
 // One run from the beginning; fills the report.
 std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& setting) {
-  report->digest = 0;
-  Stage stage(pairing, setting, extreme.step);
-  extreme.build(stage);
+  Stage stage(pairing, setting, extreme.step, extreme.gravity);
+  stage.add(extreme.things);
+  if (extreme.build) extreme.build(stage);
   stage.stir(1e-5 * extreme.unit);
   Observer observer(extreme, stage);
   for (int step = 0; step < extreme.steps; ++step) {
-    extreme.drive(stage, step);
+    if (extreme.drive) extreme.drive(stage, step);
     const std::clock_t before = std::clock();
     stage.step();
     report->microseconds += 1e6 * double(std::clock() - before) / CLOCKS_PER_SEC / extreme.steps;
@@ -57,17 +198,6 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   return judge(extreme, report->measures);
 }
 
-[[noreturn]] void playHere(Extreme extreme, Pairing pairing, const Setting& setting,
-                           double length) {
-  alarm(2000);  // far beyond what it may take
-  dSetDebugHandler(answerAborted);
-  dSetErrorHandler(answerAborted);
-  dSetMessageHandler([](int, const char*, va_list) {});
-  const FloatingPointMode mode(extreme.mode);
-  extreme.steps = std::max(1, static_cast<int>(extreme.steps * length));
-  answer(playOnce(extreme, pairing, setting).c_str());
-}
-
 }  // namespace
 
 Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, double length) {
@@ -78,7 +208,14 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, dou
   if (child < 0) throw std::runtime_error("no process");
   if (child == 0) {
     report = static_cast<Report*>(shared);
-    playHere(extreme, pairing, setting, length);
+    alarm(2000);  // far beyond what it may take
+    dSetDebugHandler(answerAborted);
+    dSetErrorHandler(answerAborted);
+    dSetMessageHandler([](int, const char*, va_list) {});
+    const FloatingPointMode mode(extreme.mode);
+    Extreme part = extreme;
+    part.steps = std::max(1, static_cast<int>(extreme.steps * length));
+    answer(playOnce(part, pairing, setting).c_str());
   }
   waitpid(child, nullptr, 0);
   const Report said = *static_cast<Report*>(shared);
@@ -89,6 +226,12 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, dou
 
 bool same(const Result& a, const Result& b) {
   return a.outcome == b.outcome && a.steps == b.steps && a.digest == b.digest;
+}
+
+bool isWhatItOwes(const std::string& outcome) {
+  for (const char* good : {"stands", "stops", "settles", "holds", "keeps"})
+    if (outcome == good) return true;
+  return false;
 }
 
 int startsHeld(const Extreme& extreme, const Setting& setting) {
