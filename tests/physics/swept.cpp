@@ -152,14 +152,14 @@ Quantities swing(const Setting& setting, int run, bool beyond) {
   flight.spin(0, {0, 0, 100.0 * (1 + run % 3)});
   flight.add(ball({beyond ? 1.02 + kRadius + 0.001 : 0.8, 0, 0}));
   flight.fly(4);
-  return {happens(beyond ? "strikes" : "misses", (length(flight.speed(1)) > 1) == beyond)};
+  return {happens(beyond ? "strikes beyond its end" : "misses",
+                  (length(flight.speed(1)) > 1) == beyond)};
 }
 
 }  // namespace
 
 std::vector<Scene> sweptScenes() {
   using std::bind;
-  using std::to_string;
   using std::placeholders::_1;
   using std::placeholders::_2;
   std::vector<Scene> all;
@@ -170,11 +170,11 @@ std::vector<Scene> sweptScenes() {
         {name, "ball of 0.2 m, 10 ms", std::move(play), Scene::swept, runs, std::move(bounds)});
   };
   for (const double diameters : {0.6, 1.0, 2.0, 5.0, 10.0})
-    add("restitution 0.8 at a wall: " + text(diameters) + " diameters a step", 50,
+    add("restitution 0.8 at a wall, 0.6 to 10 diameters a step: " + text(diameters), 50,
         bind(bounceOff, _1, _2, diameters), {{"speed after", 0, 0.02, 0.02}});
   for (const double speed : {12.0, 20.0, 40.0})
-    add("over tiles of 0.5 m: " + text(speed) + " m/s", 40, bind(rollOverTiles, _1, _2, speed),
-        {{"hops by 1 cm", 0, 0.13}});
+    add("rolls over tiles of 0.5 m, 12 to 40 m/s: " + text(speed), 40,
+        bind(rollOverTiles, _1, _2, speed), {{"hops by 1 cm", 0, 0.13}});
   Things shelves, holes;
   for (int i = 0; i < 5; ++i) {
     if (i < 3) shelves.push_back(fixed({0.3 * i, 0, 0}, {0.005, 4, 4}));
@@ -184,17 +184,18 @@ std::vector<Scene> sweptScenes() {
     }
   }
   const auto wall = [&](const std::string& name, double most, const Things& walls) {
-    add("50 to 400 m/s: " + name, 24, bind(flyAt, _1, _2, walls), {{"speed", 0, most, most}});
+    add(name, 24, bind(flyAt, _1, _2, walls), {{"speed", 0, most, most}});
   };
-  wall("three shelves of 5 mm", 1e-4, shelves);
-  wall("five plates with holes of 1.1 diameters", 1e-4, holes);
-  wall("an edge, 2 mm clear", 1e-6, {fixed({0, 1.102, 0}, {0.5, 2, 4})});
-  wall("an edge, 2 mm in", 0.25, {fixed({0, 1.098, 0}, {0.5, 2, 4})});
-  wall("a post of 1 cm", 1e-6, {fixed({}, {0.01, 0.01, 4})});
-  wall("a post of 1 cm, 2 mm clear", 1e-4, {fixed({0, 0.107, 0}, {0.01, 0.01, 4})});
+  const std::string thin = "shelves, holes, posts, edges, 50 to 400 m/s: ";
+  wall(thin + "three shelves of 5 mm", 1e-4, shelves);
+  wall(thin + "five plates with holes of 1.1 diameters", 1e-4, holes);
+  wall(thin + "an edge, 2 mm clear", 1e-6, {fixed({0, 1.102, 0}, {0.5, 2, 4})});
+  wall("an edge 2 mm in its way, 50 to 400 m/s", 0.25, {fixed({0, 1.098, 0}, {0.5, 2, 4})});
+  wall(thin + "a post of 1 cm", 1e-6, {fixed({}, {0.01, 0.01, 4})});
+  wall(thin + "a post of 1 cm, 2 mm clear", 1e-4, {fixed({0, 0.107, 0}, {0.01, 0.01, 4})});
   const auto shelf = [&](const std::string& name, double angle, const Vec& spin, char of) {
-    add("200 m/s at a shelf of 50 mm: " + name, 24, bind(fallOnShelf, _1, _2, angle, spin, of),
-        {{"passes", 0, 0}});
+    add("a shelf of 50 mm, six ways, 200 m/s: " + name, 24,
+        bind(fallOnShelf, _1, _2, angle, spin, of), {{"passes", 0, 0}});
   };
   shelf("straight", 0, {}, 's');
   shelf("aslant", 1, {}, 's');
@@ -202,24 +203,22 @@ std::vector<Scene> sweptScenes() {
   shelf("of triangles", 0.3, {}, 'm');
   shelf("of a kinematic body", 0, {}, 'k');
   shelf("a geom beside its body's centre", 0, {}, 'o');
-  add("a rod of 4 mm and 1 m at triangles: 30 m/s", 100, rodAtSheet, {{"passes", 0, 1}});
+  add("a rod of 4 mm and 1 m at triangles, 30 m/s", 100, rodAtSheet, {{"passes", 0, 1}});
   for (const bool beyond : {false, true})
-    add(std::string("a bat at 100 to 300 rad/s: a ball ") +
-            (beyond ? "beyond its end" : "in reach"),
-        24, bind(swing, _1, _2, beyond), {{beyond ? "strikes" : "misses", 0, 0}});
+    add("a bat at 100 to 300 rad/s", 24, bind(swing, _1, _2, beyond),
+        {{beyond ? "strikes beyond its end" : "misses", 0, 0}});
   for (const int ratio : {1, 10, 1000})
     for (const int diameters : {3, 10})
-      add("two free balls, 1:" + to_string(ratio) + ": " + to_string(diameters) +
-              " diameters a step",
+      add("meets a free ball, 3 to 10 diameters a step: 1:" + text(ratio) + ", " + text(diameters),
           100, bind(meetInFlight, _1, _2, ratio, diameters),
           {{"blow", 0, 0.2, 1}, {"spin", 0, 0.05, 0.2}, {"passes", 0, 0}});
   const struct {
     double ratio, speed, distance, most;
-  } struck[] = {{1, 20, 0.2, 0},    {1, 40, 0.5, 0.1},   {1, 100, 0.2, 0.9},   {1, 100, 0.5, 0.6},
-                {1, 100, 1.2, 0.1}, {0.1, 20, 0.5, 0}, {0.1, 100, 0.5, 0.9}, {10, 100, 0.2, 0}};
+  } struck[] = {{1, 40, 0.5, 0},    {1, 100, 0.2, 0.9},   {1, 100, 0.5, 0.6},
+                {1, 100, 1.2, 0.1}, {0.1, 100, 0.5, 0.9}, {10, 100, 0.2, 0}};
   for (const auto& s : struck)
-    add("at " + text(s.speed) + " m/s at one of 0.1 m and " + text(s.ratio) + " of its mass, " +
-            text(s.distance) + " m before a wall",
+    add("strikes a ball " + text(s.distance) + " m before a wall, " + text(s.speed) +
+            " m/s, 1:" + text(s.ratio),
         100, bind(strike, _1, _2, s.ratio, s.speed, s.distance), {{"passes", 0, s.most}});
   return all;
 }
