@@ -12,11 +12,10 @@ namespace sap_test::physics {
 
 // What a scene owes, by which its outcome is judged (play.cpp).
 enum class Demand {
-  stand,    // is at rest as it is built, and stays so
-  stop,     // something fast does not get through something thin
-  settle,   // comes to rest, whatever was wrong at the start
-  hold,     // joints stay together, motors and stops do what they are set to
-  conserve  // energy, angular momentum and the turn of a free body
+  stand,   // is at rest as it is built, and stays so
+  stop,    // something fast does not get through something thin
+  settle,  // comes to rest, whatever was wrong at the start
+  hold     // joints stay together, motors and stops do what they are set to
 };
 
 struct Extreme {
@@ -48,22 +47,19 @@ Extremes machines();
 // What is measured of a scene while it runs. Lengths in units of the scene. "Late" is the last
 // fifth of the steps.
 struct Measures {
-  double sink = 0;      // the furthest that a body is below its place at the start
-  double shift = 0;     // the furthest that a body is from its place at the start
-  double creep = 0;     // the furthest that a body went in the second half
-  double depth = 0;     // the deepest contact, late
-  double speed = 0;     // the fastest body, late; in units a second
-  double gain = 0;      // the most energy that came from nowhere, as a part of what was there
-  double lost = 0;      // bodies where nothing lets them come to
-  double gap = 0;       // Extreme::error, late
-  double energy = 0;    // of a free body: relative change
-  double momentum = 0;  // the same of its angular momentum
-  double turn = 0;      // radians by which it is turned otherwise than it should be
+  double sink = 0;   // the furthest that a body is below its place at the start
+  double shift = 0;  // the furthest that a body is from its place at the start
+  double creep = 0;  // the furthest that a body went in the second half
+  double depth = 0;  // the deepest contact, late
+  double speed = 0;  // the fastest body, late; in units a second
+  double gain = 0;   // the most energy that came from nowhere, as a part of what was there
+  double lost = 0;   // bodies where nothing lets them come to
+  double gap = 0;    // Extreme::error, late
 };
 
 // A run in a process of its own: some end in an assertion of ODE's, a crash or no end.
 struct Result {
-  std::string outcome;  // in a word
+  char outcome[32] = "";  // in a word
   Measures measures;
   std::uint64_t digest = 0;  // of every bit of every state of every body
   int steps = 0;             // that were made

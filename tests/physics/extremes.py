@@ -79,7 +79,7 @@ def trades():
     own = {row["scene"]: float(row["us_a_step"]) for row in rows if row["setting"] == "as ODE comes"}
     for row in rows:
         costs.setdefault(row["setting"], []).append(float(row["us_a_step"]) / own[row["scene"]])
-        first.setdefault(row["of"], row["scene"])
+        first.setdefault(row["of"], row["scene"] + row["quantity"])
     costs = [dict(scene="cost of a step", setting=setting, cell="%.2g" % sorted(found)[len(found) // 2]) for setting, found in costs.items() if setting != "fdir1"]
 
     def cell(row):
@@ -95,7 +95,7 @@ def trades():
         said = "%s: %.2g" % (row["quantity"], float(row["exact"]))
         if row["quantity"] == "half-life":
             said = "%s, %.2g s at 10 ms" % (("halves", "doubles")[row["value"][0] == "-"], abs(float(row["exact"])) * float(row["dt"]) / 0.01)
-        of = ": " + row["of"] if first[row["of"]] == row["scene"] else ""
+        of = ": " + row["of"] if first[row["of"]] == row["scene"] + row["quantity"] else ""
         return row["scene"].replace(" degrees", "°") + of + (", fdir1 given" if row["setting"] == "fdir1" else ""), said
 
     return table(costs + rows, ("scene", "quantity: truth"), names, cell, {"fdir1": "as ODE comes"})

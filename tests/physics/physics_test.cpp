@@ -28,8 +28,9 @@ const Extreme& named(std::string_view name) {
   return extremes()[0];
 }
 
-std::string outcomeOf(const std::string& name, const Setting& setting = {}) {
-  return play(named(name), Pairing::ours, setting).outcome;
+std::string outcomeOf(const std::string& name, const Setting& setting = {},
+                      Pairing pairing = Pairing::ours) {
+  return play(named(name), pairing, setting).outcome;
 }
 
 }  // namespace
@@ -44,7 +45,7 @@ TEST_CASE("At every physical extreme our pairs lead to the same bits as dSimpleS
                        << simple.steps << ", with ours " << ours.outcome << " at step "
                        << ours.steps);
     CHECK(same(ours, simple));
-    CHECK(ours.outcome != "crashes");
+    CHECK(std::string(ours.outcome) != "crashes");
   }
 }
 
@@ -53,9 +54,7 @@ TEST_CASE("Some physical extremes lead to the same bits to their end") {
        {"a box on one as large, 1:10^4 of its mass", "a stack of 20",
         "boxes of 0.2 m at a plate of 0.1 m, 30 m/s", "a stack of 5, steps of 0.1 s",
         "a stack of 5, 1e+09 m away, moved there", "a stack of 5, 1e+09 m away, built there",
-        "a chain of 20 links with a load of 1000 links",
-        "a box about no axis of its own, 1000 rad/s, 1000 steps",
-        "a stack of 5, denormals flushed"}) {
+        "a chain of 20 links with a load of 1000 links", "a stack of 5, denormals flushed"}) {
     INFO(name);
     CHECK(same(play(named(name), Pairing::ours, {}),
                play(named(name), Pairing::simple_in_our_order, {})));
@@ -91,12 +90,11 @@ TEST_CASE("What tunnels with stock spaces is stopped by swept contacts") {
                            "boxes of 0.2 m at a plate of 0.1 m, 1000 m/s",
                            "bullets of 10 mm at a plate of 10 mm, 900 m/s",
                            "two balls of 0.1 m head on, 100 m/s each"}) {
-    const Extreme& extreme = named(name);
     INFO(name);
-    CHECK(play(extreme, Pairing::simple_in_our_order, swept).outcome == "tunnels");
-    CHECK(play(extreme, Pairing::hash, swept).outcome == "tunnels");
-    CHECK(play(extreme, Pairing::ours, {}).outcome == "tunnels");
-    CHECK(play(extreme, Pairing::ours, swept).outcome == "stops");
+    CHECK(outcomeOf(name, swept, Pairing::simple_in_our_order) == "tunnels");
+    CHECK(outcomeOf(name, swept, Pairing::hash) == "tunnels");
+    CHECK(outcomeOf(name) == "tunnels");
+    CHECK(outcomeOf(name, swept) == "stops");
   }
 }
 

@@ -25,12 +25,13 @@ namespace {
 
 const char* const kNames =
     "precision,theme,extreme,simple,hash,ours,same_bits,held,sink,shift,creep,depth,speed,gain,"
-    "lost,gap,energy,momentum,turn";
+    "lost,gap";
 
 // "aborts at step 7", "stands".
 std::string shown(const Result& result) {
-  if (result.outcome != "not finite" && result.outcome != "aborts") return result.outcome;
-  return result.outcome + " at step " + std::to_string(result.steps);
+  const std::string outcome = result.outcome;
+  if (outcome != "not finite" && outcome != "aborts") return outcome;
+  return outcome + " at step " + std::to_string(result.steps);
 }
 
 void writeRow(const Extreme& extreme) {
@@ -41,8 +42,7 @@ void writeRow(const Extreme& extreme) {
             << (sizeof(dReal) == 8 ? "double" : "single") << "," << extreme.theme << ",\""
             << extreme.name << "\"," << shown(simple) << "," << shown(hash) << "," << shown(ours)
             << "," << same(ours, simple) << "," << startsHeld(extreme, {});
-  for (const double value : {m.sink, m.shift, m.creep, m.depth, m.speed, m.gain, m.lost, m.gap,
-                             m.energy, m.momentum, m.turn})
+  for (const double value : {m.sink, m.shift, m.creep, m.depth, m.speed, m.gain, m.lost, m.gap})
     std::cout << "," << value;
   std::cout << "\n";
 }

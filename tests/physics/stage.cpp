@@ -35,7 +35,6 @@ Stage::Stage(Pairing pairing, const Setting& setting, double step, const Vec& gr
     : pairing_(pairing),
       setting_(setting),
       step_(step / setting.divide),
-      gravity_(gravity),
       world_(dWorldCreate()),
       space_(makeSpace(pairing)),
       contact_joints_(dJointGroupCreate(0)) {
@@ -170,20 +169,6 @@ void Stage::move(const Vec& by) {
   }
 }
 
-void Stage::direct(dContact& contact, dBodyID a, dBodyID b) const {
-  const dReal* p = contact.geom.pos;
-  const Vec normal = vec(contact.geom.normal);
-  dVector3 va = {}, vb = {};
-  if (a) dBodyGetPointVel(a, p[0], p[1], p[2], va);
-  if (b) dBodyGetPointVel(b, p[0], p[1], p[2], vb);
-  const auto along = [&normal](const Vec& v) { return minus(v, dot(v, normal) * normal); };
-  Vec way = along(minus(vec(va), vec(vb)));
-  if (length(way) < 2 * kGravity * step_) way = along(gravity_);
-  if (length(way) < 1e-9) return;
-  contact.surface.mode |= dContactFDir1;
-  for (std::size_t i = 0; i < 3; ++i) contact.fdir1[i] = real(way[i] / length(way));
-}
-
 void Stage::touch(dGeomID a, dGeomID b) {
   const dBodyID first = dGeomGetBody(a), second = dGeomGetBody(b);
   if (!first && !second) return;
@@ -200,7 +185,6 @@ void Stage::touch(dGeomID a, dGeomID b) {
       contact.surface.mode |= dContactBounce;
       contact.surface.bounce = real(bounce);
     }
-    if (setting_.directed) direct(contact, first, second);
     if (surface) surface(contact);
     if (contact.geom.depth < 0 && bounce == 0) {  // still to come
       contact.surface.mode |= dContactMotionN;

@@ -66,7 +66,7 @@ struct Setting {
   double erp = 0.2;
   double cfm = sizeof(dReal) == 8 ? 1e-10 : 1e-5;
   bool soft = false;      // CFM is step / mass of the lightest body
-  bool directed = false;  // fdir1 is given: along the sliding, or along the push of a body at rest
+  bool directed = false;  // fdir1 is given: along the sliding
   bool swept = false;     // swept contacts, with ours between swept bounds
   unsigned start = 0;     // each but 0 has its own chance, and bodies a little elsewhere
 };
@@ -129,12 +129,10 @@ class Stage {
 
  private:
   void touch(dGeomID a, dGeomID b);
-  void direct(dContact& contact, dBodyID a, dBodyID b) const;
 
   const Pairing pairing_;
   const Setting setting_;
   const double step_;  // of the solver
-  const Vec gravity_;
   const dWorldID world_;
   const dSpaceID space_;
   const dJointGroupID contact_joints_;
