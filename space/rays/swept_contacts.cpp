@@ -202,9 +202,9 @@ int collideSwept(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* cont
     count = collideAt(part);
   const bool both = one.answers() && other.answers();
   // A ball that rolls from tile to tile touches the edge of the next one first. Where the step ends
-  // in slow and shallow contacts, the next step deals with them.
+  // in slow and shallow contacts, the next step deals with them; not where they are behind a wall.
   const auto isSlight = [&](const dContactGeom& contact) {
-    return isSlow(contact) && contact.depth <= deeper * smallest;
+    return 2 * std::fabs(comesBy(contact)) <= smallest && contact.depth <= deeper * smallest;
   };
   if (place > 0 && !both) {
     if (all(collideAt(1), isSlight)) return 0;

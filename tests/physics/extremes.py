@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""What ODE does to physics, by the rows of results/ that physics-table and physics-truth make:
+"""What ODE does to physics, by the rows of results/ that physics-rows makes:
 
-    extremes.py measure PROGRAM ROWS.csv   plays extremes that have no row there yet, on all cores; goes on where it was
-    extremes.py check [PROGRAM]            whether README.md has the tables of the rows, and each extreme of the program a row
-    extremes.py draw                       README.md's tables
+    extremes.py measure PROGRAM PRECISION   plays extremes that have no row yet, and drops rows of extremes that are gone
+    extremes.py check [PROGRAM]             whether README.md has the tables of the rows, and each extreme of the program a row
+    extremes.py draw                        README.md's tables
 """
 import concurrent.futures
 import csv
@@ -23,32 +23,19 @@ def said(*words):
     return subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
 
 
-def read(path):
-    if not os.path.exists(path):
-        return []
-    with open(path, newline="", encoding="utf-8") as file:
+def recorded(name):
+    with open(os.path.join(RESULTS, name + ".csv"), newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
-def rows_of(path):
-    return {row["extreme"]: row for row in read(path)}
-
-
-def recorded():
-    return {precision: rows_of(os.path.join(RESULTS, precision + ".csv")) for precision in PRECISIONS}
-
-
-def measure(program, path):
-    names, known = said(program, "list"), rows_of(path)
-    with open(path, "a", encoding="utf-8") as file, concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        made = [pool.submit(said, program, "row", name) for name in names if name not in known]
-        for number, done in enumerate(concurrent.futures.as_completed(made)):
-            print(*done.result()[number > 0 or bool(known):], sep="\n", file=file, flush=True)
-    known = rows_of(path)
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, known[names[0]], lineterminator="\n")
+def measure(program, precision):
+    known = {row["extreme"]: row for row in recorded(precision)}
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        rows = list(pool.map(lambda name: known.get(name) or next(csv.DictReader(said(program, "row", name))), said(program, "list")))
+    with open(os.path.join(RESULTS, precision + ".csv"), "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(known[name] for name in names)
+        writer.writerows(rows)
 
 
 def thresholds():
@@ -57,8 +44,8 @@ def thresholds():
              "| --- | ---: | ---: | ---: | ---: |"]
     for title, pattern in SERIES:
         cells = []
-        for rows in recorded().values():
-            found = [(match.group(1), row) for match, row in ((re.fullmatch(pattern, name), row) for name, row in rows.items()) if match]
+        for precision in PRECISIONS:
+            found = [(match.group(1), row) for row in recorded(precision) for match in [re.fullmatch(pattern, row["extreme"])] if match]
             first = next(number for number, (_, row) in enumerate(found) if row["held"] != STARTS)
             cells += [found[first - 1][0] if first else "< " + found[0][0], next(value for value, row in found if row["held"] == "0")]
         lines.append("| %s | %s |" % (title, " | ".join(cells)))
@@ -67,64 +54,80 @@ def thresholds():
 
 def percent(text):
     value = 100 * float(text)
-    return "0" if value < 1e-9 else "%.2g" % value if value < 99.5 else "%.0f" % value
+    return "0" if value < 1e-5 else "%.2g" % value if value < 99.5 else "%.0f" % value
 
 
-def table(rows, titles, names, cell):
+def ranged(row):
+    return "%s (%s–%s)" % tuple(percent(row[name]) for name in ("error", "least", "most"))
+
+
+def table(rows, titles, names, cell, columns={}):
     """A line for each name, a column for each setting."""
-    settings = list(dict.fromkeys(row["setting"] for row in rows))
+    settings = list(dict.fromkeys(columns.get(row["setting"], row["setting"]) for row in rows))
     lines = ["| %s | %s |" % (" | ".join(titles), " | ".join(settings)), "| --- " * len(titles) + "| ---: " * len(settings) + "|"]
     groups = {}
     for row in rows:
-        groups.setdefault(names(row), {})[row["setting"]] = cell(row)
+        groups.setdefault(names(row), {})[columns.get(row["setting"], row["setting"])] = cell(row)
     lines += ["| %s | %s |" % (" | ".join(name), " | ".join(cells.get(setting, "") for setting in settings))
               for name, cells in groups.items()]
     return "\n".join(lines) + "\n"
 
 
 def trades():
-    """Errors in percent; of those that starts change much, the range."""
+    """What a step costs, the median over scenes; errors in percent; of those that starts change much, the range."""
+    rows, costs, first = recorded("truth"), {}, {}
+    own = {row["scene"]: float(row["us_a_step"]) for row in rows if row["setting"] == "as ODE comes"}
+    for row in rows:
+        costs.setdefault(row["setting"], []).append(float(row["us_a_step"]) / own[row["scene"]])
+        first.setdefault(row["of"], row["scene"] + row["quantity"])
+    costs = [dict(scene="cost of a step", setting=setting, cell="%.2g" % sorted(found)[len(found) // 2]) for setting, found in costs.items() if setting != "fdir1"]
+
     def cell(row):
+        if "cell" in row:
+            return row["cell"]
         if row["quantity"] == "half-life":
             return "%.2g s" % abs(float(row["value"]))
-        least, most = percent(row["least"]), percent(row["most"])
-        return "%s (%s to %s)" % (percent(row["error"]), least, most) if row["scene"] == "elastic balls" else percent(row["error"])
+        return ranged(row) if row["scene"] == "elastic balls" else percent(row["error"])
 
     def names(row):
+        if "cell" in row:
+            return row["scene"], ""
         said = "%s: %.2g" % (row["quantity"], float(row["exact"]))
         if row["quantity"] == "half-life":
             said = "%s, %.2g s at 10 ms" % (("halves", "doubles")[row["value"][0] == "-"], abs(float(row["exact"])) * float(row["dt"]) / 0.01)
-        return row["scene"].replace(" degrees", "°"), row["of"], said
+        of = ": " + row["of"] if first[row["of"]] == row["scene"] + row["quantity"] else ""
+        return row["scene"].replace(" degrees", "°") + of + (", fdir1 given" if row["setting"] == "fdir1" else ""), said
 
-    rows = [row for row in read(os.path.join(RESULTS, "truth.csv")) if row["quantity"] != "momentum" or not row["scene"].startswith("coll")]
-    return table(rows, ("scene", "measured in", "quantity: truth"), names, cell)
+    return table(costs + rows, ("scene", "quantity: truth"), names, cell, {"fdir1": "as ODE comes"})
 
 
-def costs():
-    """Of a step, in parts of that as ODE comes: the median over scenes, and the range."""
-    rows, found = read(os.path.join(RESULTS, "truth.csv")), {}
-    own = {row["scene"]: float(row["us_a_step"]) for row in rows if row["setting"] == "as ODE comes"}
+def swept():
+    """Of scenes that differ by a number, the one in which swept contacts are worst."""
+    rows = [row for row in recorded("swept") if "dWorldStep" not in row["setting"]]
+    errors, worst = {}, {}
     for row in rows:
-        found.setdefault(row["setting"], []).append(float(row["us_a_step"]) / own[row["scene"]])
-    lines = ["| setting | cost of a step: median | range |", "| --- | ---: | ---: |"]
-    lines += ["| %s | %.2g | %.2g to %.2g |" % (name, sorted(values)[len(values) // 2], min(values), max(values))
-              for name, values in found.items()]
-    return "\n".join(lines) + "\n"
+        errors.setdefault((row["scene"], row["quantity"]), []).insert(0, float(row["error"]))
+    for (scene, quantity), found in errors.items():
+        key = scene.split(": ")[0], quantity
+        worst[key] = max(worst.get(key, (found, scene)), (found, scene))
+    rows = [row for row in rows if worst[row["scene"].split(": ")[0], row["quantity"]][1] == row["scene"]]
+    return table(rows, ("scene", "error"), lambda row: (row["scene"].split(": ")[0], row["quantity"]), ranged)
 
 
 def machines():
-    return table(read(os.path.join(RESULTS, "machines.csv")), ("machine", "step"),
-                 lambda row: (row["machine"], "%g ms" % (1000 * float(row["step_s"]))),
-                 lambda row: "%s, off by %s %%" % (row["held"], percent(row["off"])))
+    def names(row):
+        return (row["machine"] + ("" if row["step_s"] == "0.01" else ", %g ms" % (1000 * float(row["step_s"]))),)
+
+    return table(recorded("machines"), ("machine",), names, lambda row: "%s (%s)" % (row["held"], percent(row["off"])))
 
 
 def page():
     """README.md as it is, and with the tables of the rows."""
     with open(PAGE, encoding="utf-8") as file:
         old = new = file.read()
-    for name, made in ("trades", trades()), ("costs", costs()), ("machines", machines()), ("thresholds", thresholds()):
+    for name, made in ("trades", trades), ("swept", swept), ("machines", machines), ("thresholds", thresholds):
         before, rest = new.split("<!-- %s -->\n" % name, 1)
-        new = before + "<!-- %s -->\n\n%s\n<!-- end -->\n" % (name, made) + rest.split("<!-- end -->\n", 1)[1]
+        new = before + "<!-- %s -->\n\n%s\n<!-- end -->\n" % (name, made()) + rest.split("<!-- end -->\n", 1)[1]
     return old, new
 
 
@@ -133,9 +136,10 @@ def check(program=None):
     if old != new:
         sys.exit("README.md has other tables than the rows: call extremes.py draw")
     if program:  # of either precision
-        lacking = min((set(said(program, "list")) - set(rows) for rows in recorded().values()), key=len)
+        names = set(said(program, "list"))
+        lacking = min((names.symmetric_difference(row["extreme"] for row in recorded(precision)) for precision in PRECISIONS), key=len)
         if lacking:
-            sys.exit("no rows of: %s" % ", ".join(lacking))
+            sys.exit("rows and extremes differ: %s" % ", ".join(lacking))
 
 
 def draw():

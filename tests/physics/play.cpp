@@ -1,30 +1,127 @@
-#include "extreme.h"
-
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstring>
 #include <ctime>
 #include <stdexcept>
 
+#include "extreme.h"
+
 namespace sap_test::physics {
 
 namespace {
 
-// What a run's process has to say, in memory that both share.
-struct Report {
-  char outcome[32];
-  Measures measures;
-  std::uint64_t digest;
-  int steps;
-  double microseconds;
+// All in units of the scene, or parts of one.
+constexpr double kCollapse = 0.5;   // further than that from its place
+constexpr double kSag = 0.02;       // lower, or further, than that
+constexpr double kCreep = 0.002;    // in the second half
+constexpr double kDepth = 0.1;      // deeper into each other
+constexpr double kJitter = 0.02;    // of the speed after a fall of one unit
+constexpr double kSleepless = 0.2;  // of that speed, where bodies were thrown
+constexpr double kExplode = 2;      // of the energy there was, and what one unit of height holds
+constexpr double kStretch = 0.05, kBreak = 0.5;  // gap of a joint
+
+std::string judgeRest(const Measures& m, double fall_speed) {
+  if (m.gain > kExplode) return "explodes";
+  if (m.sink > kCollapse) return "collapses";
+  if (m.shift > kCollapse) return "slides away";
+  if (m.depth > kDepth) return "penetrates";
+  if (m.sink > kSag) return "sags";
+  if (m.shift > kSag) return "shifts";
+  if (m.creep > kCreep) return "creeps";
+  return m.speed > kJitter * fall_speed ? "jitters" : "stands";
+}
+
+std::string judge(const Extreme& extreme, const Measures& m) {
+  // The speed at which something has fallen for one unit.
+  const double fall_speed = std::sqrt(2 * kGravity * extreme.unit) / extreme.unit;
+  switch (extreme.demand) {
+    case Demand::stand:
+      return judgeRest(m, fall_speed);
+    case Demand::stop:
+      if (m.lost > 0) return "tunnels";
+      return m.gain > kExplode ? "explodes" : "stops";
+    case Demand::settle:
+      if (m.lost > 0) return "tunnels";
+      if (m.gain > kExplode) return "explodes";
+      if (m.depth > kDepth) return "penetrates";
+      return m.speed > kSleepless * fall_speed ? "never rests" : "settles";
+    default:
+      if (m.gap > kBreak) return "breaks";
+      return m.gap > kStretch ? "stretches" : "holds";
+  }
+}
+
+double square(double x) {
+  return x * x;
+}
+void raise(double& most, double value) {
+  if (!(value <= most)) most = value;  // a NaN is the most
+}
+
+class Observer {
+ public:
+  // The scene as it is built.
+  Observer(const Extreme& extreme, const Stage& stage) : extreme_(extreme) {
+    for (std::size_t i = 0; i < stage.bodies().size(); ++i) {
+      start_.push_back(stage.place(i));
+      energy_scale_ +=
+          tradeoff::massOf(stage[i]) * length(tradeoff::gravityOf(stage.world())) * extreme.unit;
+    }
+    middle_ = start_;
+    energy_ = stage.energy();
+    for (std::size_t i = 0; i < start_.size(); ++i)
+      energy_scale_ += 0.5 * square(length(stage.speed(i)));
+  }
+
+  // After the step of this number.
+  void look(Stage& stage, int step) {
+    if (step == extreme_.steps / 2)
+      for (std::size_t i = 0; i < start_.size(); ++i) middle_[i] = stage.place(i);
+    if (step >= extreme_.steps - extreme_.steps / 5 - 1)
+      lookLate(stage);
+    else
+      stage.depth = 0;
+    // Long runs are looked at now and then.
+    if (extreme_.steps > 10000 && step % 100 && step != extreme_.steps - 1) return;
+    if (energy_scale_ > 0)
+      raise(measures_.gain, std::fmax(0, (stage.energy() - energy_) / energy_scale_));
+  }
+
+  // After the last one.
+  const Measures& end(const Stage& stage) {
+    for (std::size_t i = 0; i < start_.size(); ++i) {
+      const Vec at = stage.place(i);
+      raise(measures_.shift, length(minus(at, start_[i])) / extreme_.unit);
+      raise(measures_.sink, (start_[i][2] - at[2]) / extreme_.unit);
+      raise(measures_.creep, length(minus(at, middle_[i])) / extreme_.unit);
+      if (extreme_.lost && extreme_.lost(stage, i)) ++measures_.lost;
+    }
+    return measures_;
+  }
+
+ private:
+  void lookLate(const Stage& stage) {
+    raise(measures_.depth, stage.depth / extreme_.unit);
+    for (std::size_t i = 0; i < start_.size(); ++i)
+      raise(measures_.speed, length(stage.speed(i)) / extreme_.unit);
+    if (extreme_.demand != Demand::hold) return;
+    if (extreme_.error) return raise(measures_.gap, extreme_.error(stage));
+    for (const dJointID joint : stage.joints()) raise(measures_.gap, gapOf(joint) / extreme_.unit);
+  }
+
+  const Extreme& extreme_;
+  std::vector<Vec> start_, middle_;
+  double energy_ = 0, energy_scale_ = 0;
+  Measures measures_;
 };
 
-// Of the process that plays.
-Report* report;
+// Of the process that plays, in memory that both share.
+Result* report;
 
 // No destructors: a space that is still locked would abort in its own.
 [[noreturn]] void answer(const char* outcome) {
@@ -38,13 +135,13 @@ void answerAborted(int, const char*, va_list) {
 
 // One run from the beginning; fills the report.
 std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& setting) {
-  report->digest = 0;
-  Stage stage(pairing, setting, extreme.step);
-  extreme.build(stage);
+  Stage stage(pairing, setting, extreme.step, extreme.gravity);
+  stage.add(extreme.things);
+  if (extreme.build) extreme.build(stage);
   stage.stir(1e-5 * extreme.unit);
   Observer observer(extreme, stage);
   for (int step = 0; step < extreme.steps; ++step) {
-    extreme.drive(stage, step);
+    if (extreme.drive) extreme.drive(stage, step);
     const std::clock_t before = std::clock();
     stage.step();
     report->microseconds += 1e6 * double(std::clock() - before) / CLOCKS_PER_SEC / extreme.steps;
@@ -57,38 +154,39 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   return judge(extreme, report->measures);
 }
 
-[[noreturn]] void playHere(Extreme extreme, Pairing pairing, const Setting& setting,
-                           double length) {
-  alarm(2000);  // far beyond what it may take
-  dSetDebugHandler(answerAborted);
-  dSetErrorHandler(answerAborted);
-  dSetMessageHandler([](int, const char*, va_list) {});
-  const FloatingPointMode mode(extreme.mode);
-  extreme.steps = std::max(1, static_cast<int>(extreme.steps * length));
-  answer(playOnce(extreme, pairing, setting).c_str());
-}
-
 }  // namespace
 
 Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, double length) {
   void* const shared =
-      mmap(nullptr, sizeof(Report), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+      mmap(nullptr, sizeof(Result), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) throw std::runtime_error("no memory to share");
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("no process");
   if (child == 0) {
-    report = static_cast<Report*>(shared);
-    playHere(extreme, pairing, setting, length);
+    report = static_cast<Result*>(shared);
+    alarm(2000);  // far beyond what it may take
+    dSetDebugHandler(answerAborted);
+    dSetErrorHandler(answerAborted);
+    dSetMessageHandler([](int, const char*, va_list) {});
+    const FloatingPointMode mode(extreme.mode);
+    Extreme part = extreme;
+    part.steps = std::max(1, static_cast<int>(extreme.steps * length));
+    answer(playOnce(part, pairing, setting).c_str());
   }
   waitpid(child, nullptr, 0);
-  const Report said = *static_cast<Report*>(shared);
-  munmap(shared, sizeof(Report));
-  if (said.outcome[0] == 0) return {"crashes", {}, 0, 0, 0};
-  return {said.outcome, said.measures, said.digest, said.steps, said.microseconds};
+  const Result said = *static_cast<Result*>(shared);
+  munmap(shared, sizeof(Result));
+  return said.outcome[0] ? said : Result{"crashes", {}, 0, 0, 0};
 }
 
 bool same(const Result& a, const Result& b) {
-  return a.outcome == b.outcome && a.steps == b.steps && a.digest == b.digest;
+  return !std::strcmp(a.outcome, b.outcome) && a.steps == b.steps && a.digest == b.digest;
+}
+
+bool isWhatItOwes(const std::string& outcome) {
+  for (const char* good : {"stands", "stops", "settles", "holds"})
+    if (outcome == good) return true;
+  return false;
 }
 
 int startsHeld(const Extreme& extreme, const Setting& setting) {

@@ -4,53 +4,52 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstdio>
 
-#include "../support/bounds.h"
 #include "../support/recorder.h"
 
 namespace sap_test::physics {
 
 namespace {
 
-constexpr int kMostContacts = 8;
+constexpr int kMostContacts = 4;  // of a pair: enough for two boxes face to face
 
 dSpaceID makeSpace(Pairing pairing) {
-  switch (pairing) {
-    case Pairing::simple_in_our_order:
-      return dSimpleSpaceCreate(nullptr);
-    case Pairing::hash:
-      return dHashSpaceCreate(nullptr);
-    default:
-      return dParallelSAPSpaceCreate(nullptr);
-  }
+  if (pairing == Pairing::simple_in_our_order) return dSimpleSpaceCreate(nullptr);
+  return pairing == Pairing::hash ? dHashSpaceCreate(nullptr) : dParallelSAPSpaceCreate(nullptr);
+}
+
+dMass massOf(const Thing& thing) {
+  dMass mass;
+  const Vec& s = thing.sides;
+  if (thing.kind == Thing::ball)
+    dMassSetSphere(&mass, real(thing.density), real(s[0]));
+  else
+    dMassSetBox(&mass, real(thing.density), real(s[0]), real(s[1]), real(s[2]));
+  return mass;
 }
 
 }  // namespace
 
-Stage::Stage(Pairing pairing, const Setting& setting, double step)
+Stage::Stage(Pairing pairing, const Setting& setting, double step, const Vec& gravity)
     : pairing_(pairing),
       setting_(setting),
-      step_(step),
+      step_(step / setting.divide),
       world_(dWorldCreate()),
       space_(makeSpace(pairing)),
       contact_joints_(dJointGroupCreate(0)) {
-  dWorldSetGravity(world_, 0, 0, real(-9.81));
+  dWorldSetGravity(world_, real(gravity[0]), real(gravity[1]), real(gravity[2]));
   dWorldSetERP(world_, real(setting.erp));
   dWorldSetCFM(world_, real(setting.cfm));
   dWorldSetQuickStepNumIterations(world_, setting.iterations);
-  if (setting.correction > 0) {
-    dWorldSetContactMaxCorrectingVel(world_, real(setting.correction));
-  }
-  if (setting.swept && pairing == Pairing::ours) {
-    dParallelSAPSpaceSetSweptBounds(space_, real(step / setting.divide));
-  }
+  if (setting.swept && pairing == Pairing::ours)
+    dParallelSAPSpaceSetSweptBounds(space_, real(step_));
 }
 
 Stage::~Stage() {
   dJointGroupDestroy(contact_joints_);
   dSpaceDestroy(space_);
-  for (const Mesh& mesh : meshes_) dGeomTriMeshDataDestroy(mesh.data);
+  for (const dTriMeshDataID mesh : meshes_) dGeomTriMeshDataDestroy(mesh);
   dWorldDestroy(world_);
 }
 
@@ -60,42 +59,49 @@ dGeomID Stage::take(dGeomID geom) {
   return geom;
 }
 
-dGeomID Stage::plane() {
-  return take(dCreatePlane(space_, 0, 0, 1, 0));
+void Stage::add(const Things& things) {
+  for (const Thing& thing : things) add(thing);
 }
 
-dGeomID Stage::block(const Vec& centre, const Vec& sides) {
-  const dGeomID geom = take(dCreateBox(space_, real(sides[0]), real(sides[1]), real(sides[2])));
-  dGeomSetPosition(geom, real(centre[0]), real(centre[1]), real(centre[2]));
-  return geom;
-}
-
-dGeomID Stage::mesh(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles) {
-  meshes_.push_back({{}, triangles, dGeomTriMeshDataCreate()});
-  Mesh& mesh = meshes_.back();
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    mesh.vertices.push_back(vertices[i]);
-    if (i % 3 == 2) mesh.vertices.push_back(0);  // a dVector3 has four numbers
+dBodyID Stage::add(const Thing& thing) {
+  if (thing.kind == Thing::plane) take(dCreatePlane(space_, 0, 0, 1, 0));
+  const Vec& s = thing.sides;
+  for (int i = 0; i < thing.count && thing.kind != Thing::plane; ++i) {
+    const Vec at = thing.at + (i + 0.5) * thing.next;
+    const dGeomID geom =
+        take(thing.kind == Thing::ball ? dCreateSphere(space_, real(s[0]))
+                                       : dCreateBox(space_, real(s[0]), real(s[1]), real(s[2])));
+    dGeomSetPosition(geom, real(at[0]), real(at[1]), real(at[2]));
+    if (thing.kind == Thing::fixed) continue;
+    body(geom, massOf(thing), at);
+    push(bodies_.size() - 1, thing.speed);
+    spin(bodies_.size() - 1, thing.spin);
+    if (thing.turn != 0) turn(bodies_.size() - 1, thing.axis, thing.turn);
   }
-  dGeomTriMeshDataBuildSimple(mesh.data, mesh.vertices.data(),
-                              static_cast<int>(mesh.vertices.size() / 4), mesh.triangles.data(),
-                              static_cast<int>(mesh.triangles.size()));
-  return take(dCreateTriMesh(space_, mesh.data, nullptr, nullptr, nullptr));
+  return bodies_.empty() ? nullptr : bodies_.back();
 }
 
-dBodyID Stage::wedge(const std::vector<Vec>& corners, const Vec& centre, double density) {
+void Stage::mesh(const std::vector<Vec>& vertices, const std::vector<dTriIndex>& triangles) {
+  std::vector<dReal>& numbers = numbers_.emplace_back();
+  for (const Vec& v : vertices)  // a dVector3 has four numbers
+    numbers.insert(numbers.end(), {real(v[0]), real(v[1]), real(v[2]), 0});
+  triangles_.push_back(triangles);
+  meshes_.push_back(dGeomTriMeshDataCreate());
+  dGeomTriMeshDataBuildSimple(meshes_.back(), numbers.data(), static_cast<int>(vertices.size()),
+                              triangles_.back().data(), static_cast<int>(triangles.size()));
+  take(dCreateTriMesh(space_, meshes_.back(), nullptr, nullptr, nullptr));
+}
+
+void Stage::wedge(const std::vector<Vec>& corners, const Vec& centre, double density) {
   // Faces by their corners, against the clock from outside; of a corner bit 2 is z, bit 1 x, bit 0
   // y.
   static unsigned faces[] = {4, 0, 1, 3, 2, 4, 4, 6, 7, 5, 4, 0, 4, 5, 1,
                              4, 2, 3, 7, 6, 4, 0, 2, 6, 4, 4, 1, 5, 7, 3};
   Vec middle = {};
   for (const Vec& corner : corners) middle = middle + 0.125 * corner;
-  convexes_.emplace_back();
-  std::vector<dReal>& points = convexes_.back();
+  std::vector<dReal>&points = numbers_.emplace_back(), &planes = numbers_.emplace_back();
   for (const Vec& corner : corners)
     for (const double x : minus(corner, middle)) points.push_back(real(x));
-  convexes_.emplace_back();
-  std::vector<dReal>& planes = convexes_.back();
   for (const unsigned* face = faces; face != std::end(faces); face += 5) {
     const auto at = [&](int i) { return minus(corners[face[i]], middle); };
     Vec normal = cross(minus(at(2), at(1)), minus(at(3), at(1)));
@@ -104,11 +110,9 @@ dBodyID Stage::wedge(const std::vector<Vec>& corners, const Vec& centre, double 
     planes.push_back(real(dot(normal, at(1))));
   }
   const Vec size = minus(corners[7], corners[0]);
-  dMass mass;
-  dMassSetBox(&mass, real(density), real(std::fabs(2 * corners[6][0])), real(size[1]),
-              real(size[2]));
-  return body(take(dCreateConvex(space_, planes.data(), 6, points.data(), 8, faces)), mass,
-              centre + middle);
+  const Thing like = {Thing::box, {}, {std::fabs(2 * corners[6][0]), size[1], size[2]}, density};
+  body(take(dCreateConvex(space_, planes.data(), 6, points.data(), 8, faces)), massOf(like),
+       centre + middle);
 }
 
 dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
@@ -118,24 +122,6 @@ dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
   dBodySetPosition(body, real(centre[0]), real(centre[1]), real(centre[2]));
   bodies_.push_back(body);
   return body;
-}
-
-dBodyID Stage::box(const Vec& centre, const Vec& sides, double density) {
-  dMass mass;
-  dMassSetBox(&mass, real(density), real(sides[0]), real(sides[1]), real(sides[2]));
-  return body(block(centre, sides), mass, centre);
-}
-
-dBodyID Stage::ball(const Vec& centre, double radius, double density) {
-  dMass mass;
-  dMassSetSphere(&mass, real(density), real(radius));
-  return body(take(dCreateSphere(space_, real(radius))), mass, centre);
-}
-
-dBodyID Stage::rod(const Vec& centre, double radius, double length, double density) {
-  dMass mass;
-  dMassSetCapsule(&mass, real(density), 3, real(radius), real(length));
-  return body(take(dCreateCapsule(space_, real(radius), real(length))), mass, centre);
 }
 
 void Stage::turn(std::size_t body, const Vec& axis, double angle) {
@@ -152,43 +138,35 @@ void Stage::spin(std::size_t body, const Vec& speed) {
   dBodySetAngularVel(bodies_[body], real(speed[0]), real(speed[1]), real(speed[2]));
 }
 
-dJointID Stage::keep(dJointID joint) {
-  joints_.push_back(joint);
-  return joint;
-}
-
 dJointID Stage::ballJoint(dBodyID a, dBodyID b, const Vec& anchor) {
-  const dJointID joint = keep(dJointCreateBall(world_, nullptr));
+  const dJointID joint = joints_.emplace_back(dJointCreateBall(world_, nullptr));
   dJointAttach(joint, a, b);
   dJointSetBallAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
   return joint;
 }
 
 dJointID Stage::hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis) {
-  const dJointID joint = keep(dJointCreateHinge(world_, nullptr));
+  const dJointID joint = joints_.emplace_back(dJointCreateHinge(world_, nullptr));
   dJointAttach(joint, a, b);
   dJointSetHingeAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
   dJointSetHingeAxis(joint, real(axis[0]), real(axis[1]), real(axis[2]));
   return joint;
 }
 
+dJointID Stage::slider(dBodyID a, const Vec& axis, double most_force) {
+  const dJointID joint = joints_.emplace_back(dJointCreateSlider(world_, nullptr));
+  dJointAttach(joint, a, nullptr);
+  dJointSetSliderAxis(joint, real(axis[0]), real(axis[1]), real(axis[2]));
+  dJointSetSliderParam(joint, dParamFMax, real(most_force));
+  return joint;
+}
+
 void Stage::move(const Vec& by) {
   origin_ = origin_ + by;
   for (const dGeomID geom : geoms_) {
-    const dBodyID body = dGeomGetBody(geom);
-    const dReal* const at = body ? dBodyGetPosition(body) : dGeomGetPosition(geom);
-    const dReal x = at[0] + real(by[0]), y = at[1] + real(by[1]), z = at[2] + real(by[2]);
-    if (body) {
-      dBodySetPosition(body, x, y, z);
-    } else {
-      dGeomSetPosition(geom, x, y, z);
-    }
+    const dReal* const at = dGeomGetPosition(geom);  // of its body, if it has one
+    dGeomSetPosition(geom, at[0] + real(by[0]), at[1] + real(by[1]), at[2] + real(by[2]));
   }
-}
-
-Vec Stage::place(std::size_t body) const {
-  const dReal* const at = dBodyGetPosition(bodies_[body]);
-  return {at[0] - origin_[0], at[1] - origin_[1], at[2] - origin_[2]};
 }
 
 void Stage::touch(dGeomID a, dGeomID b) {
@@ -196,36 +174,31 @@ void Stage::touch(dGeomID a, dGeomID b) {
   if (!first && !second) return;
   if (first && second && dAreConnectedExcluding(first, second, dJointTypeContact)) return;
   dContact found[kMostContacts] = {};
-  const dReal step = setting_.swept ? real(step_ / setting_.divide) : 0;
+  const dReal step = setting_.swept ? real(step_) : 0;
   const int n =
-      dParallelSAPCollideSwept(a, b, step, setting_.contacts, &found[0].geom, sizeof(dContact));
+      dParallelSAPCollideSwept(a, b, step, kMostContacts, &found[0].geom, sizeof(dContact));
   for (int i = 0; i < n; ++i) {
-    found[i].surface.mode = dContactApprox1;
-    found[i].surface.mu = real(friction);
-    if (surface) surface(found[i], first, second);
-    if (found[i].geom.depth < 0 && !(found[i].surface.mode & dContactBounce)) {  // still to come
-      found[i].surface.mode |= dContactMotionN;
-      found[i].surface.motionN = found[i].geom.depth / step;
+    dContact& contact = found[i];
+    contact.surface.mode = dContactApprox1;
+    contact.surface.mu = real(friction);
+    if (bounce > 0) {
+      contact.surface.mode |= dContactBounce;
+      contact.surface.bounce = real(bounce);
     }
-    depth = std::fmax(depth, static_cast<double>(found[i].geom.depth));
-    const dJointID joint = dJointCreateContact(world_, contact_joints_, &found[i]);
+    if (surface) surface(contact);
+    if (contact.geom.depth < 0 && bounce == 0) {  // still to come
+      contact.surface.mode |= dContactMotionN;
+      contact.surface.motionN = contact.geom.depth / step;
+    }
+    depth = std::fmax(depth, static_cast<double>(contact.geom.depth));
+    const dJointID joint = dJointCreateContact(world_, contact_joints_, &contact);
     dJointAttach(joint, first, second);
     if (joined) joined(joint);
   }
-  contacts += static_cast<std::size_t>(n);
-}
-
-void Stage::findContacts() {
-  if (pairing_ == Pairing::simple_in_our_order) {
-    for (const Pair& pair : asSet(collide(space_))) touch(geoms_[pair.first], geoms_[pair.second]);
-    return;
-  }
-  dSpaceCollide(space_, this,
-                [](void* stage, dGeomID a, dGeomID b) { static_cast<Stage*>(stage)->touch(a, b); });
 }
 
 void Stage::stir(double distance) {
-  if (setting_.start == 0 || setting_.aligned) return;
+  if (setting_.start == 0) return;
   dRandSetSeed(setting_.start);
   const auto off = [distance] { return real(distance * (2 * double(dRandReal()) - 1)); };
   for (const dBodyID body : bodies_) {
@@ -235,28 +208,34 @@ void Stage::stir(double distance) {
 }
 
 void Stage::step() {
+  if (setting_.soft && time == 0) {
+    double lightest = 1e300;
+    for (const dBodyID b : bodies_) lightest = std::min(lightest, tradeoff::massOf(b));
+    dWorldSetCFM(world_, real(step_ / lightest));
+  }
   for (int i = 0; i < setting_.divide; ++i) {
     // QuickStep draws from ODE's one random sequence.
     if (seeds_ && !setting_.exact) dRandSetSeed(++steps_ + 1000003ul * setting_.start);
-    findContacts();
-    const dReal length = real(step_ / setting_.divide);
-    if (setting_.exact) {
-      dWorldStep(world_, length);
-    } else {
-      dWorldQuickStep(world_, length);
-    }
+    if (pairing_ == Pairing::simple_in_our_order)
+      for (const Pair& pair : asSet(collide(space_)))
+        touch(geoms_[pair.first], geoms_[pair.second]);
+    else
+      dSpaceCollide(space_, this, [](void* stage, dGeomID a, dGeomID b) {
+        static_cast<Stage*>(stage)->touch(a, b);
+      });
+    (setting_.exact ? dWorldStep : dWorldQuickStep)(world_, real(step_));
     dJointGroupEmpty(contact_joints_);
+    time += step_;
+    ++steps_of_all;
   }
 }
 
 double Stage::energy() const {
   const Vec gravity = tradeoff::gravityOf(world_);
   double sum = 0;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Vec v = vec(dBodyGetLinearVel(bodies_[i]));
-    sum += tradeoff::massOf(bodies_[i]) * (dot(v, v) / 2 - dot(gravity, place(i))) +
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    sum += tradeoff::massOf(bodies_[i]) * (dot(speed(i), speed(i)) / 2 - dot(gravity, place(i))) +
            tradeoff::spinEnergyOf(bodies_[i]);
-  }
   return sum;
 }
 
@@ -269,6 +248,12 @@ bool Stage::isFinite() const {
     return finite(dBodyGetPosition(body), 3) && finite(dBodyGetQuaternion(body), 4) &&
            finite(dBodyGetLinearVel(body), 3) && finite(dBodyGetAngularVel(body), 3);
   });
+}
+
+std::string text(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
 }
 
 double gapOf(dJointID joint) {

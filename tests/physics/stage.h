@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <memory>
-#include <utility>
+#include <string>
 #include <vector>
 
 #include "../../examples/tradeoff/harness/vectors.h"
+#include "../support/bounds.h"
 
 namespace sap_test::physics {
 
@@ -19,6 +19,8 @@ using tradeoff::cross;
 using tradeoff::dot;
 using tradeoff::length;
 using tradeoff::minus;
+
+constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
 
 inline Vec vec(const dReal* numbers) {
   return tradeoff::vectorOf(numbers);
@@ -31,6 +33,23 @@ inline Vec operator*(double factor, const Vec& v) {
   return {factor * v[0], factor * v[1], factor * v[2]};
 }
 
+// For names: 0.001 and 1e+06.
+std::string text(double number);
+
+// Bodies or fixed geoms in a row.
+struct Thing {
+  enum Kind { plane, fixed, box, ball } kind;  // plane: z = 0
+  Vec at = {};
+  Vec sides = {1, 1, 1};  // of a ball: its radius first
+  double density = 1000;  // kilograms a cubic metre
+  Vec speed = {}, spin = {};
+  Vec axis = {};
+  double turn = 0;  // about the axis
+  int count = 1;
+  Vec next = {};  // from one to the next; the first is half of that from `at`
+};
+using Things = std::vector<Thing>;
+
 // Who finds the pairs, and in which order contacts are made of them.
 enum class Pairing {
   simple_in_our_order,  // dSimpleSpace, pairs sorted as dParallelSAPSpace promises them
@@ -38,45 +57,36 @@ enum class Pairing {
   ours                  // dParallelSAPSpace, as they come
 };
 
-constexpr double kOdesCfm = sizeof(dReal) == 8 ? 1e-10 : 1e-5;
-
 // How a scene is solved; as it is, the way ODE comes.
 struct Setting {
+  const char* name = "as ODE comes";
   bool exact = false;   // dWorldStep instead of dWorldQuickStep
   int iterations = 20;  // of dWorldQuickStep
   int divide = 1;       // so many steps in the place of one
-  int contacts = 4;     // of a pair at most: enough for two boxes face to face
   double erp = 0.2;
-  double cfm = kOdesCfm;
-  double correction = 0;  // m/s, dWorldSetContactMaxCorrectingVel; 0: as ODE comes, any
-  unsigned start = 0;     // each but 0 has its own chance, and bodies a little elsewhere
-  bool aligned = false;   // a start keeps the bodies exactly where they are built
+  double cfm = sizeof(dReal) == 8 ? 1e-10 : 1e-5;
+  bool soft = false;      // CFM is step / mass of the lightest body
+  bool directed = false;  // fdir1 is given: along the sliding
   bool swept = false;     // swept contacts, with ours between swept bounds
+  unsigned start = 0;     // each but 0 has its own chance, and bodies a little elsewhere
 };
 
 class Stage {
  public:
-  Stage(Pairing pairing, const Setting& setting, double step);
+  Stage(Pairing pairing, const Setting& setting, double step,
+        const Vec& gravity = {0, 0, -kGravity});
   ~Stage();
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
-  // What stays where it is.
-  dGeomID plane();  // z = 0
-  dGeomID block(const Vec& centre, const Vec& sides);
+  void add(const Things& things);
+  dBodyID add(const Thing& thing);  // the last body; null if the things have none
   // Triangles, three numbers a vertex and three vertices a triangle.
-  dGeomID mesh(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles);
-  dGeomID take(dGeomID geom);
-
-  void noGravity() { dWorldSetGravity(world_, 0, 0, 0); }
-
-  // Bodies; kilograms a cubic metre.
-  dBodyID box(const Vec& centre, const Vec& sides, double density = 1000);
-  dBodyID ball(const Vec& centre, double radius, double density = 1000);
-  dBodyID rod(const Vec& centre, double radius, double length, double density = 1000);  // along z
+  void mesh(const std::vector<Vec>& vertices, const std::vector<dTriIndex>& triangles);
   // A convex body of eight corners: by z, then x, then y of a box that is bent; about its middle.
-  dBodyID wedge(const std::vector<Vec>& corners, const Vec& centre, double density);
+  void wedge(const std::vector<Vec>& corners, const Vec& centre, double density);
   dBodyID body(dGeomID geom, const dMass& mass, const Vec& centre);  // no geom: touches nothing
+  dGeomID take(dGeomID geom);
   void turn(std::size_t body, const Vec& axis, double angle);
   void push(std::size_t body, const Vec& speed);
   void spin(std::size_t body, const Vec& speed);
@@ -84,17 +94,12 @@ class Stage {
   // Joints; no second body is the world. Anchors are given in the world.
   dJointID ballJoint(dBodyID a, dBodyID b, const Vec& anchor);
   dJointID hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis);
-  dJointID keep(dJointID joint);
-
-  // Keeps what geoms read for as long as they last.
-  void own(std::shared_ptr<void> data) { owned_.push_back(std::move(data)); }
+  dJointID slider(dBodyID a, const Vec& axis, double most_force);  // to the world
 
   // Each body elsewhere by up to this, where there is a start that is not 0.
   void stir(double distance);
-
   // All of it elsewhere, as it stands.
   void move(const Vec& by);
-
   // One collide and one step, `divide` times.
   void step();
   // The random sequence goes on from step to step.
@@ -106,42 +111,37 @@ class Stage {
   const std::vector<dJointID>& joints() const { return joints_; }
   dBodyID operator[](std::size_t body) const { return bodies_[body]; }
   // Where the body is, seen from what moved with all of it.
-  Vec place(std::size_t body) const;
+  Vec place(std::size_t body) const { return minus(vec(dBodyGetPosition(bodies_[body])), origin_); }
+  Vec speed(std::size_t body) const { return vec(dBodyGetLinearVel(bodies_[body])); }
+  Vec rate(std::size_t body) const { return vec(dBodyGetAngularVel(bodies_[body])); }
   // Of motion and height.
   double energy() const;
   bool isFinite() const;  // every number of every body's state
 
-  double friction = 0.8;
+  double friction = 0.8, bounce = 0;
   // Changes a contact's surface, if there is any.
-  std::function<void(dContact&, dBodyID, dBodyID)> surface;
+  std::function<void(dContact&)> surface;
   // Sees each contact joint.
   std::function<void(dJointID)> joined;
-  // The deepest contact and the number of contacts since somebody set them to 0.
-  double depth = 0;
-  std::size_t contacts = 0;
+  // The deepest contact since somebody set it to 0; seconds.
+  double depth = 0, time = 0;
+  static inline long steps_of_all = 0;  // of the solver
 
  private:
-  struct Mesh {
-    std::vector<dReal> vertices;
-    std::vector<dTriIndex> triangles;
-    dTriMeshDataID data;
-  };
-
-  void findContacts();
   void touch(dGeomID a, dGeomID b);
 
   const Pairing pairing_;
   const Setting setting_;
-  const double step_;
+  const double step_;  // of the solver
   const dWorldID world_;
   const dSpaceID space_;
   const dJointGroupID contact_joints_;
   std::vector<dGeomID> geoms_;
   std::vector<dBodyID> bodies_;
   std::vector<dJointID> joints_;
-  std::deque<Mesh> meshes_;
-  std::deque<std::vector<dReal>> convexes_;
-  std::vector<std::shared_ptr<void>> owned_;
+  std::deque<std::vector<dReal>> numbers_;  // that geoms read
+  std::deque<std::vector<dTriIndex>> triangles_;
+  std::vector<dTriMeshDataID> meshes_;
   Vec origin_ = {0, 0, 0};
   unsigned long steps_ = 0;
   bool seeds_ = true;

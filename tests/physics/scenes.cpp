@@ -1,0 +1,370 @@
+// The extremes and the machines, as rows of things; joints, meshes and drives beside them.
+#include <cmath>
+
+#include "extreme.h"
+
+namespace sap_test::physics {
+
+namespace {
+
+const Thing kFloor = {Thing::plane};
+
+// So many in a row.
+Thing row(int count, const Vec& next, Thing thing) {
+  thing.count = count;
+  thing.next = next;
+  return thing;
+}
+
+// Boxes one on the other.
+Thing stack(int count, double side = 1, const Vec& foot = {}, double density = 1000) {
+  return row(count, {0, 0, side}, {Thing::box, foot, {side, side, side}, density});
+}
+
+bool isBelowFloor(const Stage& stage, std::size_t body) {
+  return stage.place(body)[2] < -0.5;
+}
+
+Extremes all;
+
+Extreme& add(const char* theme, const std::string& name, Demand demand, const Things& things,
+             double unit = 1, int steps = 300) {
+  Extreme& extreme = all.emplace_back(Extreme{theme, name, demand, things, unit, steps});
+  if (demand == Demand::settle) extreme.lost = isBelowFloor;
+  return extreme;
+}
+
+void loads() {
+  const auto pair = [](const std::string& name, double lower, double upper) {
+    add("mass ratios", name, Demand::stand,
+        {kFloor, stack(1, 1, {}, 1000 * lower), stack(1, 1, {0, 0, 1}, 1000 * upper)});
+  };
+  for (const std::string ratio : {"3", "10", "30", "10^2", "10^4", "10^6"}) {
+    const double upper = ratio.size() < 4 ? std::stod(ratio) : std::pow(10.0, ratio[3] - '0');
+    pair("a box on one as large, 1:" + ratio + " of its mass", 1, upper);
+  }
+  pair("the same, the light one on top, 1:10^6", 1e6, 1);
+  for (const int count : {3, 5, 7, 10, 20, 100})
+    add("structures", "a stack of " + std::to_string(count), Demand::stand, {kFloor, stack(count)});
+  add("structures", "a ruler over the edge", Demand::stand,  // 9/10 of what would tip it
+      {{Thing::fixed, {0, 0, 0.5}}, {Thing::box, {0.45, 0, 1.01}, {1, 0.1, 0.02}}}, 0.1);
+}
+
+// What flies at a plate in the plane x = 0, from two metres away and more: steps end at eight
+// places around it.
+void shoot(const std::string& name, double thickness, Thing shot) {
+  Things things = {{Thing::fixed, {thickness / 2, 0, 0}, {thickness, 30, 30}}};
+  for (int i = 0; i < 8; ++i) {
+    shot.at = {-2 - shot.speed[0] * 0.01 * i / 8, 2.0 * i - 7, 0};
+    things.push_back(shot);
+  }
+  Extreme& extreme = add("speeds", name, Demand::stop, things, thickness, 60);
+  extreme.gravity = {};
+  extreme.lost = [thickness](const Stage& stage, std::size_t body) {
+    return stage.place(body)[0] > thickness;
+  };
+}
+
+void speeds() {
+  for (const double speed : {10, 15, 20, 30, 100, 1000})
+    shoot("boxes of 0.2 m at a plate of 0.1 m, " + text(speed) + " m/s", 0.1,
+          {Thing::box, {}, {0.2, 0.2, 0.2}, 1000, {speed, 0, 0}});
+  shoot("bullets of 10 mm at a plate of 10 mm, 900 m/s", 0.01,
+        {Thing::ball, {}, {0.005}, 8000, {900, 0, 0}});
+  Extreme& head_on = add("speeds", "two balls of 0.1 m head on, 100 m/s each", Demand::stop,
+                         {{Thing::ball, {-2.13, 0, 0}, {0.1}, 1000, {100, 0, 0}},
+                          {Thing::ball, {2.13, 0, 0}, {0.1}, 1000, {-100, 0, 0}}},
+                         0.1, 60);
+  head_on.gravity = {};
+  head_on.lost = [](const Stage& stage, std::size_t body) {
+    return body == 0 && stage.place(0)[0] > stage.place(1)[0];
+  };
+  add("speeds", "a box that falls for 1 km onto a plane", Demand::settle,
+      {kFloor, {Thing::box, {0, 0, 1000}}}, 1, 2500);
+}
+
+void steps() {
+  const double lengths[] = {0.0001, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1};
+  const int counts[] = {20000, 3000, 1500, 600, 300, 150, 60, 60};
+  for (int i = 0; i < 8; ++i)
+    add("steps", "a stack of 5, steps of " + text(lengths[i]) + " s", Demand::stand,
+        {kFloor, stack(5)}, 1, counts[i])
+        .step = lengths[i];
+  for (const double step : {0.001, 0.1}) {
+    Extreme& pendulum =
+        add("steps", "a pendulum of 1 m, steps of " + text(step) + " s", Demand::hold,
+            {{Thing::ball, {1, 0, 0}, {0.1}}}, 1, static_cast<int>(10 / step));
+    pendulum.step = step;
+    pendulum.build = [](Stage& stage) { stage.hinge(stage[0], nullptr, {}, {0, 1, 0}); };
+  }
+}
+
+void sizesAndPlaces() {
+  for (const double side : {0.001, 0.01, 100.0, 1000.0})
+    add("sizes", "a stack of 5, sides of " + text(side) + " m", Demand::stand,
+        {kFloor, stack(5, side)}, side);
+  add("sizes", "boxes of 1 mm on one of 1 km", Demand::stand,
+      {kFloor, stack(1, 1000), stack(3, 0.001, {0, 0, 1000})}, 0.001);
+  for (const double distance : {1e3, 1e6, 1e9, 1e12})
+    for (const bool grown : {false, true}) {
+      const double from = grown ? distance : 0;
+      Extreme& extreme =
+          add("places",
+              "a stack of 5, " + text(distance) + (grown ? " m away, built" : " m away, moved") +
+                  " there",
+              Demand::stand,
+              {{Thing::fixed, {from, 0, -5}, {100, 100, 10}}, stack(5, 1, {from, 0, 0})});
+      if (!grown)
+        extreme.drive = [distance](Stage& stage, int step) {
+          if (step == 100) stage.move({distance, 0, 0});
+        };
+    }
+}
+
+// Triangles in the plane z = 0, in so many cells a side.
+void addSheet(Stage& stage, int cells, const Vec& side) {
+  std::vector<Vec> vertices;
+  std::vector<dTriIndex> triangles;
+  const auto at = [cells](int i, int j) { return static_cast<dTriIndex>(j * (cells + 1) + i); };
+  for (int j = 0; j <= cells; ++j)
+    for (int i = 0; i <= cells; ++i) {
+      vertices.push_back(
+          {side[0] * (double(i) / cells - 0.5), side[1] * (double(j) / cells - 0.5)});
+      if (i == cells || j == cells) continue;
+      for (const dTriIndex corner :
+           {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)})
+        triangles.push_back(corner);
+    }
+  stage.mesh(vertices, triangles);
+}
+
+void overlapsAndShapes() {
+  const auto onSheet = [](Stage& stage) { addSheet(stage, 10, {20, 20, 0}); };
+  const char* const overlap = "overlap at the start";
+  add(overlap, "two boxes half within each other", Demand::settle,
+      {kFloor, stack(1), stack(1, 1, {0.1, 0.05, 0.5})}, 1, 800);
+  add(overlap, "27 boxes in one place", Demand::settle,
+      {kFloor, row(27, {}, {Thing::box, {0, 0, 0.5}})}, 1, 800);
+  add(overlap, "a box nine tenths below the floor", Demand::settle,
+      {kFloor, stack(1, 1, {0, 0, -0.9})}, 1, 800);
+  add(overlap, "a ball in the middle of a fixed box", Demand::settle,
+      {kFloor, {Thing::fixed, {0, 0, 2}, {2, 2, 4}}, {Thing::ball, {0, 0, 2}, {0.3}}}, 1, 800);
+  add(overlap, "a box across a mesh of one sheet", Demand::settle, {{Thing::box, {0.3, 0.3, 0.1}}},
+      1, 800)
+      .build = onSheet;
+  add("shapes", "a box on a mesh of one sheet", Demand::settle, {{Thing::box, {0.3, 0.2, 1}}}, 1,
+      600)
+      .build = onSheet;
+  add("shapes", "a ball of 0.1 m that falls for 50 m onto a sheet", Demand::settle,
+      {{Thing::ball, {0.3, 0.2, 50}, {0.1}}}, 0.1, 600)
+      .build = onSheet;
+  add("shapes", "a box on triangles of 1 mm by 20 m", Demand::settle, {}, 1, 600).build =
+      [](Stage& stage) {
+        addSheet(stage, 20, {0.02, 20, 0});
+        stage.add({{Thing::fixed, {0, 0, -0.5}, {20, 20, 0.99}}, {Thing::box, {0, 0, 1}}});
+      };
+  add("shapes", "a plate of 10 m by 1 mm", Demand::settle,
+      {kFloor, {Thing::box, {0, 0, 0.5}, {10, 10, 0.001}, 8000, {}, {}, {0, 1, 0}, 0.05}}, 0.001,
+      600);
+}
+
+// Links of 0.5 m along x from the origin, and a load at the end.
+void chain(const std::string& name, int links, double load) {
+  Things things = {row(links, {0.5, 0, 0}, {Thing::box, {}, {0.5, 0.1, 0.1}})};
+  if (load > 0)
+    things.push_back({Thing::ball, {0.5 * links + 0.5, 0, 0}, {0.5}, load * 5 / 0.5236});
+  add("joints", name, Demand::hold, things, 0.5, 600).build = [](Stage& stage) {
+    for (std::size_t i = 0; i < stage.bodies().size(); ++i)
+      stage.ballJoint(stage[i], i ? stage[i - 1] : nullptr, {0.5 * double(i), 0, 0});
+  };
+}
+
+void drive(dJointID hinge, double speed, double torque) {
+  dJointSetHingeParam(hinge, dParamVel, real(speed));
+  dJointSetHingeParam(hinge, dParamFMax, real(torque));
+}
+
+void joints() {
+  chain("a chain of 10 links that falls from level", 10, 0);
+  chain("a chain of 100 links that falls from level", 100, 0);
+  chain("a chain of 20 links with a load of 1000 links", 20, 1000);
+  chain("a chain of 20 links with a load of 10^6 links", 20, 1e6);
+  Extreme& motor = add("joints", "a motor of 10^4 rad/s that may take any force", Demand::hold,
+                       {{Thing::box, {0.5, 0, 0}, {1, 0.2, 0.2}}});
+  motor.build = [](Stage& stage) {
+    drive(stage.hinge(stage[0], nullptr, {}, {0, 1, 0}), 1e4, 1e12);
+  };
+  motor.error = [](const Stage& stage) {
+    return std::fabs(double(dJointGetHingeAngleRate(stage.joints()[0])) / 1e4 - 1);
+  };
+}
+
+void longRuns() {
+  add("long runs", "a box at rest for 10^6 steps", Demand::stand, {kFloor, stack(1)}, 1, 1000000);
+  add("long runs", "the same, which may sleep", Demand::stand, {}, 1, 1000000).build =
+      [](Stage& stage) {
+        dWorldSetAutoDisableFlag(stage.world(), 1);
+        dWorldSetAutoDisableLinearThreshold(stage.world(), real(0.05));
+        dWorldSetAutoDisableAngularThreshold(stage.world(), real(0.05));
+        stage.add({kFloor, stack(1)});
+      };
+  add("long runs", "a box on a slope of 30 degrees for 10^5 steps", Demand::stand,
+      {kFloor, stack(1)}, 1, 100000)
+      .gravity = {-kGravity * std::sin(0.5236), 0, -kGravity * std::cos(0.5236)};
+}
+
+// Lengths near the smallest normal number, and a mode that flushes what is less.
+void denormals() {
+  const double speck = sizeof(dReal) == 8 ? 1e-60 : 1e-6;
+  const std::string specks = "boxes of " + text(speck) + " m one on the other";
+  const Things stacked = {kFloor, stack(3, speck)};
+  const std::string flushed = ", denormals flushed";
+  add("denormals", "a stack of 5" + flushed, Demand::stand, {kFloor, stack(5)}).mode =
+      FloatingPointMode::kFlushing;
+  add("denormals", specks, Demand::stand, stacked, speck);
+  add("denormals", specks + flushed, Demand::stand, stacked, speck).mode =
+      FloatingPointMode::kFlushing;
+}
+
+// All motors pull their hinges back to where these were built.
+void holdStill(Stage& stage, int) {
+  for (const dJointID joint : stage.joints())
+    dJointSetHingeParam(joint, dParamVel, -20 * dJointGetHingeAngle(joint));
+}
+
+// How far a body is above or below a height.
+std::function<double(const Stage&)> off(std::size_t body, double height, double unit) {
+  return [=](const Stage& stage) { return std::fabs(stage.place(body)[2] - height) / unit; };
+}
+
+// Wedges of stone from one foot to the other of a half circle of 2 m.
+void arch(Stage& stage) {
+  constexpr int count = 9;
+  constexpr double inner = 0.85, outer = 1.15, half = 0.15;
+  for (int i = 0; i < count; ++i) {
+    const double middle = kPi * (i + 0.5) / count, turn = kPi / count / 2;
+    std::vector<Vec> corners;
+    for (const double radius : {inner, outer})
+      for (const int side : {-1, 1})
+        for (const int y : {-1, 1})
+          corners.push_back(
+              {radius * std::sin(side * turn), y * half, radius * std::cos(turn) - std::cos(turn)});
+    stage.wedge(corners, {std::cos(middle) * std::cos(turn), 0, std::sin(middle) * std::cos(turn)},
+                2500);
+    stage.turn(std::size_t(i), {0, 1, 0}, kPi / 2 - middle);
+  }
+}
+
+// A disc of 0.2 m at 100 rad/s on a pivot 0.2 m beside it. Its axis goes round, level.
+void gyroscope(Stage& stage) {
+  dMass mass;
+  dMassSetCylinder(&mass, 1000, 1, real(0.2), real(0.05));
+  stage.ballJoint(stage.body(nullptr, mass, {0.2, 0, 1}), nullptr, {0, 0, 1});
+  const double around = double(mass.mass) * kGravity * 0.2 / (double(mass.I[0]) * 100);
+  stage.spin(0, {100, 0, around});
+  stage.push(0, {0, 0.2 * around, 0});
+}
+
+// Links of 2 kg and 0.3 m on motors.
+void mobileArm(Stage& stage) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double x = 0.3 * double(i);
+    stage.add({Thing::box, {0.45 + x, 0, 0.5}, {0.28, 0.06, 0.06}, 2 / 0.001008});
+    drive(stage.hinge(stage[i + 1], stage[i], {0.3 + x, 0, 0.5}, {0, 1, 0}), 0, 1e4);
+  }
+}
+
+// 70 kg that stand on two feet, hinges held by motors.
+void humanoid(Stage& stage) {
+  const auto box = [&](double kg, const Vec& sides, const Vec& centre) {
+    return stage.add({Thing::box, centre, sides, kg / (sides[0] * sides[1] * sides[2])});
+  };
+  const auto held = [&](dBodyID a, dBodyID b, const Vec& anchor) {
+    drive(stage.hinge(a, b, anchor, {0, 1, 0}), 0, 6e4);
+  };
+  const dBodyID torso = box(45, {0.2, 0.35, 0.6}, {0, 0, 1.23});
+  for (const double y : {-0.11, 0.11}) {
+    const dBodyID thigh = box(7, {0.12, 0.12, 0.4}, {0, y, 0.72});
+    const dBodyID shin = box(3.5, {0.09, 0.09, 0.4}, {0, y, 0.3});
+    const dBodyID foot = box(1.05, {0.26, 0.1, 0.06}, {0.04, y, 0.03});
+    held(thigh, torso, {0, y, 0.93});
+    held(shin, thigh, {0, y, 0.51});
+    held(foot, shin, {0, y, 0.08});
+  }
+}
+
+void buildMachines() {
+  const auto machine = [](const char* name, Demand demand, double unit, const Things& things,
+                          std::function<void(Stage&)> build = nullptr,
+                          int steps = 300) -> Extreme& {
+    Extreme& extreme = add("machines", name, demand, things, unit, steps);
+    extreme.build = build;
+    return extreme;
+  };
+  const auto pillar = [](double x) { return Thing{Thing::fixed, {x, 0, 0.25}, {1, 1, 0.5}}; };
+  machine("an arch of nine wedges, 2 m", Demand::stand, 0.3, {kFloor, pillar(-1.65), pillar(1.65)},
+          arch);
+  machine("ten boards of 10 mm one on the other", Demand::stand, 0.01,
+          {kFloor, row(10, {0, 0, 0.01}, {Thing::box, {}, {0.5, 0.3, 0.01}, 700})});
+  machine("a gyroscope of 6 kg on a pivot, 100 rad/s", Demand::hold, 0.2, {}, gyroscope, 200)
+      .error = off(0, 1, 0.2);
+  Extreme& door = machine(
+      "a door of 80 kg at its stop, 2 rad/s", Demand::hold, 1,
+      {{Thing::box, {0.45, 0, 1}, {0.9, 0.04, 2}, 80 / 0.072, {0, 0.9, 0}, {0, 0, 2}}},
+      [](Stage& stage) {
+        const dJointID hinge = stage.hinge(stage[0], nullptr, {0, 0, 1}, {0, 0, 1});
+        dJointSetHingeParam(hinge, dParamLoStop, real(-0.2));
+        dJointSetHingeParam(hinge, dParamHiStop, real(0.2));
+      },
+      200);
+  door.gravity = {};
+  door.error = [](const Stage& stage) {
+    return std::fabs(std::fabs(double(dJointGetHingeAngle(stage.joints()[0]))) - 0.2);
+  };
+  Extreme& arm =
+      machine("an arm of four links on a mobile base", Demand::hold, 1.2,
+              {kFloor, {Thing::box, {0, 0, 0.2}, {0.8, 0.6, 0.4}, 50 / 0.192}}, mobileArm);
+  arm.error = off(4, 0.5, 1.2);
+  arm.drive = holdStill;
+  const auto finger = [](double x) {
+    return Thing{Thing::box, {x, 0, 1}, {0.02, 0.05, 0.1}, 5000};
+  };
+  Extreme& grip =
+      machine("a gripper with position control", Demand::hold, 0.1,
+              {{Thing::box, {0, 0, 1}, {0.1, 0.1, 0.1}, 2000}, finger(-0.06), finger(0.06)},
+              [](Stage& stage) {
+                stage.slider(stage[1], {-1, 0, 0}, 100);
+                stage.slider(stage[2], {1, 0, 0}, 100);
+              });
+  grip.error = off(0, 1, 0.1);
+  grip.drive = [](Stage& stage, int) {  // to 2 mm within the box
+    for (const dJointID joint : stage.joints())
+      dJointSetSliderParam(joint, dParamVel, 20 * (real(-0.002) - dJointGetSliderPosition(joint)));
+  };
+  Extreme& man =
+      machine("a humanoid of 70 kg that stands", Demand::hold, 1, {kFloor}, humanoid, 400);
+  man.error = off(0, 1.23, 1);
+  man.step = 0.005;
+  man.drive = holdStill;
+}
+
+// All that a function adds.
+Extremes allOf(std::initializer_list<void (*)()> themes) {
+  all.clear();
+  for (const auto& theme : themes) theme();
+  return std::move(all);
+}
+
+}  // namespace
+
+const Extremes& extremes() {
+  static const Extremes found =
+      allOf({loads, speeds, steps, sizesAndPlaces, overlapsAndShapes, joints, longRuns, denormals});
+  return found;
+}
+
+Extremes machines() {
+  return allOf({buildMachines});
+}
+
+}  // namespace sap_test::physics

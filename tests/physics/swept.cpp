@@ -1,0 +1,226 @@
+// What swept contacts do to fast bodies, beside dCollide at the same step of 10 ms.
+#include <algorithm>
+#include <cmath>
+
+#include "extreme.h"
+#include "rows.h"
+
+namespace sap_test::physics {
+namespace {
+
+constexpr double kStep = 0.01, kRadius = 0.1;
+
+double around(int run) {  // -1 to 1
+  return 2 * phaseOf(7 * run + 3) - 1;
+}
+
+// Smooth bodies in no gravity, unless it is said otherwise.
+struct Flight : Stage {
+  Flight(const Setting& setting, const Things& things, const Vec& gravity = {})
+      : Stage(Pairing::ours, setting, kStep, gravity) {
+    friction = 0;
+    add(things);
+  }
+  void fly(double steps) {
+    for (int i = 0; i < static_cast<int>(steps); ++i) step();
+  }
+};
+
+Thing ball(const Vec& at, const Vec& speed = {}, double radius = kRadius, double density = 1000) {
+  return {Thing::ball, at, {radius}, density, speed};
+}
+Thing fixed(const Vec& at, const Vec& sides) {
+  return {Thing::fixed, at, sides};
+}
+
+Quantity happens(const char* what, bool does) {
+  return {what, double(does), 0, 0};
+}
+
+Quantities bounceOff(const Setting& setting, int run, double diameters) {
+  const double speed = diameters * 2 * kRadius / kStep;
+  Flight flight(setting, {fixed({3, 0, 0}, {1, 9, 9}),
+                          ball({phaseOf(run) - speed * kStep, 0, 0}, {speed, 0, 0})});
+  flight.bounce = 0.8;
+  flight.fly(4 / (speed * kStep) + 3);
+  return {{"speed after", -flight.speed(0)[0] / speed, 0.8, 0.8}};
+}
+
+Quantities rollOverTiles(const Setting& setting, int run, double speed) {
+  Flight flight(setting, {}, {0, 0, -kGravity});
+  for (int i = -8; i < 80; ++i) flight.add(fixed({0.5 * i, 0, -0.05}, {0.5, 4, 0.1}));
+  flight.friction = 0.8;
+  flight.add(ball({phaseOf(run) - 0.5, 0.3, kRadius}, {speed, 0, 0}));
+  flight.spin(0, {0, speed / kRadius, 0});
+  double top = 0;
+  for (int i = 0; i < 30 / (speed * kStep); ++i) {
+    flight.step();
+    top = std::max(top, flight.place(0)[2] - kRadius);
+  }
+  return {happens("hops by 1 cm", top > 0.01)};
+}
+
+// Against steps 400 times smaller: the part of its speed that the ball has too much or lacks. An
+// elastic rebound from the depth of an impact is not counted.
+Quantities flyAt(const Setting& setting, int run, const Things& walls) {
+  const double speeds[] = {50, 200, 400}, speed = speeds[run % 3];
+  const auto play = [&](const Setting& how) {
+    Flight flight(how, walls);
+    flight.add(ball({-1 - speed * kStep * phaseOf(run), 0, 0}, {speed, 0, 0}));
+    flight.fly(6 / (speed * kStep) + 3);
+    Vec found = flight.speed(0);
+    found[0] = std::max(found[0], 0.0);
+    return found;
+  };
+  Setting fine;
+  fine.divide = 400;
+  return {{"speed", length(minus(play(setting), play(fine))), 0, speed}};
+}
+
+// At 200 m/s at a shelf of 50 mm below; whether it passes.
+Quantities fallOnShelf(const Setting& setting, int run, double angle, const Vec& spin, char of) {
+  const double way = 3 + 2 * phaseOf(run), side = std::sin(angle), down = std::cos(angle);
+  Flight flight(setting, {}, {0, 0, -kGravity});
+  if (of == 'o') {  // a geom beside its body's centre
+    dMass mass;
+    dMassSetSphere(&mass, 1000, real(kRadius));
+    const dGeomID geom = flight.take(dCreateSphere(flight.space(), real(kRadius)));
+    flight.body(geom, mass, {0, 0, way});
+    dGeomSetOffsetPosition(geom, real(0.05), 0, real(-0.05));
+  } else {
+    flight.add(ball({-side * way, 0, down * way}));
+  }
+  flight.push(0, 200 * Vec{side, 0, -down});
+  flight.spin(0, spin);
+  const Vec at = {0, 0, -0.025}, sides = {400, 400, 0.05};
+  if (of == 'm') flight.mesh({{-20, -20, 0}, {20, -20, 0}, {0, 40, 0}}, {0, 1, 2});
+  if (of == 'k') dBodySetKinematic(flight.add({Thing::box, at, sides}));
+  if (of == 's' || of == 'o') flight.add(fixed(at, sides));
+  flight.friction = 0.8;
+  flight.fly(100);
+  return {happens("passes", flight.place(0)[2] < 0 || flight.place(0)[2] > 3)};
+}
+
+// A rod of 4 mm and 1 m, turned anyhow, at a sheet of triangles; whether it passes.
+Quantities rodAtSheet(const Setting& setting, int run) {
+  Flight flight(setting,
+                {{Thing::box, {0, 0, 2 + phaseOf(run)}, {0.004, 0.004, 1}, 8000, {0, 0, -30}}});
+  flight.turn(0, {std::cos(9.0 * run), std::sin(9.0 * run), 0}, kPi * phaseOf(3 * run + 1));
+  flight.mesh({{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}, {0, 1, 2, 0, 2, 3});
+  flight.fly(60);
+  return {happens("passes", flight.place(0)[2] < 0)};
+}
+
+// The closed form: smooth balls that are inelastic along the line of their centres. By the part of
+// the blow that is wrong, the spin, and whether they pass with less than 1/20 of the blow.
+Quantities meetInFlight(const Setting& setting, int run, double ratio, double diameters) {
+  const double speed = diameters * 2 * kRadius / kStep, off = 0.12 * around(run);
+  const double angle = kPi * (1 + run % 3) / 3;  // between their ways
+  const Vec one = {speed, 0, 0}, two = {speed * std::cos(angle), speed * std::sin(angle), 0};
+  const Vec relative = minus(one, two);
+  const Vec across = off / length(relative) * Vec{-relative[1], relative[0], 0};
+  const double before =
+      std::max(kStep * (0.3 + 2.7 * phaseOf(run)), 2.2 * kRadius / length(relative));
+  const double along = std::sqrt(4 * kRadius * kRadius - off * off);
+  const Vec normal = 1 / (2 * kRadius) * minus(-along / length(relative) * relative, across);
+  Flight flight(setting, {ball(-before * one, one),
+                          ball(minus(across, before * two), two, kRadius, 1000 * ratio)});
+  flight.fly(before / kStep + 4);
+  const double blow = dot(relative, normal) / (1 + 1 / ratio);
+  const Vec change = minus(flight.speed(0), one);
+  const double spin = std::max(length(flight.rate(0)), length(flight.rate(1))) * kRadius / speed;
+  return {{"blow", length(change + blow * normal), 0, std::fabs(blow)},
+          {"spin", spin, 0, 1},
+          happens("passes", length(change) < 0.05 * std::fabs(blow))};
+}
+
+// A ball strikes one of half its size that rests before a wall of 50 mm; whether one passes it.
+Quantities strike(const Setting& setting, int run, double ratio, double speed, double distance) {
+  Flight flight(setting, {fixed({3, 0, 0}, {0.05, 9, 9}),
+                          ball({-2.5 + 2 * phaseOf(run), 0, 0}, {speed, 0, 0}),
+                          ball({3 - distance, 0.03 * around(run), 0}, {}, 0.05, 8000 * ratio)});
+  flight.fly((8 / speed + 0.1) / kStep);
+  return {happens("passes", flight.place(0)[0] > 3 || flight.place(1)[0] > 3)};
+}
+
+// A kinematic bat that turns by radians a step; whether it strikes a ball beyond its end, or none
+// within its reach.
+Quantities swing(const Setting& setting, int run, bool beyond) {
+  Flight flight(setting, {{Thing::box, {}, {2, 0.05, 0.05}}});
+  dBodySetKinematic(flight[0]);
+  flight.turn(0, {0, 0, 1}, 6.28 * phaseOf(run));
+  flight.spin(0, {0, 0, 100.0 * (1 + run % 3)});
+  flight.add(ball({beyond ? 1.02 + kRadius + 0.001 : 0.8, 0, 0}));
+  flight.fly(4);
+  return {happens(beyond ? "strikes beyond its end" : "misses",
+                  (length(flight.speed(1)) > 1) == beyond)};
+}
+
+}  // namespace
+
+std::vector<Scene> sweptScenes() {
+  using std::bind;
+  using std::placeholders::_1;
+  using std::placeholders::_2;
+  std::vector<Scene> all;
+  const auto add = [&all](const std::string& name, int runs,
+                          std::function<Quantities(const Setting&, int)> play,
+                          std::vector<Bound> bounds) {
+    all.push_back(
+        {name, "ball of 0.2 m, 10 ms", std::move(play), Scene::swept, runs, std::move(bounds)});
+  };
+  for (const double diameters : {0.6, 1.0, 2.0, 5.0, 10.0})
+    add("restitution 0.8 at a wall, 0.6 to 10 diameters a step: " + text(diameters), 50,
+        bind(bounceOff, _1, _2, diameters), {{"speed after", 0, 0.02, 0.02}});
+  for (const double speed : {12.0, 20.0, 40.0})
+    add("rolls over tiles of 0.5 m, 12 to 40 m/s: " + text(speed), 40,
+        bind(rollOverTiles, _1, _2, speed), {{"hops by 1 cm", 0, 0.13}});
+  Things shelves, holes;
+  for (int i = 0; i < 5; ++i) {
+    if (i < 3) shelves.push_back(fixed({0.3 * i, 0, 0}, {0.005, 4, 4}));
+    for (const int side : {-1, 1}) {
+      holes.push_back(fixed({0.7 * i, side * 1.11, 0}, {0.02, 2, 4}));
+      holes.push_back(fixed({0.7 * i, 0, side * 1.11}, {0.02, 0.22, 2}));
+    }
+  }
+  const auto wall = [&](const std::string& name, double most, const Things& walls) {
+    add(name, 24, bind(flyAt, _1, _2, walls), {{"speed", 0, most, most}});
+  };
+  const std::string thin = "shelves, holes, posts, edges, 50 to 400 m/s: ";
+  wall(thin + "three shelves of 5 mm", 1e-4, shelves);
+  wall(thin + "five plates with holes of 1.1 diameters", 1e-4, holes);
+  wall(thin + "an edge, 2 mm clear", 1e-6, {fixed({0, 1.102, 0}, {0.5, 2, 4})});
+  wall("an edge 2 mm in its way, 50 to 400 m/s", 0.25, {fixed({0, 1.098, 0}, {0.5, 2, 4})});
+  wall(thin + "a post of 1 cm", 1e-6, {fixed({}, {0.01, 0.01, 4})});
+  wall(thin + "a post of 1 cm, 2 mm clear", 1e-4, {fixed({0, 0.107, 0}, {0.01, 0.01, 4})});
+  const auto shelf = [&](const std::string& name, double angle, const Vec& spin, char of) {
+    add("a shelf of 50 mm, six ways, 200 m/s: " + name, 24,
+        bind(fallOnShelf, _1, _2, angle, spin, of), {{"passes", 0, 0}});
+  };
+  shelf("straight", 0, {}, 's');
+  shelf("aslant", 1, {}, 's');
+  shelf("aslant, turning", 0.5, {300, 200, 100}, 's');
+  shelf("of triangles", 0.3, {}, 'm');
+  shelf("of a kinematic body", 0, {}, 'k');
+  shelf("a geom beside its body's centre", 0, {}, 'o');
+  add("a rod of 4 mm and 1 m at triangles, 30 m/s", 100, rodAtSheet, {{"passes", 0, 1}});
+  for (const bool beyond : {false, true})
+    add("a bat at 100 to 300 rad/s", 24, bind(swing, _1, _2, beyond),
+        {{beyond ? "strikes beyond its end" : "misses", 0, 0}});
+  for (const int ratio : {1, 10, 1000})
+    for (const int diameters : {3, 10})
+      add("meets a free ball, 3 to 10 diameters a step: 1:" + text(ratio) + ", " + text(diameters),
+          100, bind(meetInFlight, _1, _2, ratio, diameters),
+          {{"blow", 0, 0.2, 1}, {"spin", 0, 0.05, 0.2}, {"passes", 0, 0}});
+  const struct {
+    double ratio, speed, distance, most;
+  } struck[] = {{1, 40, 0.5, 0},    {1, 100, 0.2, 0.9},   {1, 100, 0.5, 0.6},
+                {1, 100, 1.2, 0.1}, {0.1, 100, 0.5, 0.9}, {10, 100, 0.2, 0}};
+  for (const auto& s : struck)
+    add("strikes a ball " + text(s.distance) + " m before a wall, " + text(s.speed) +
+            " m/s, 1:" + text(s.ratio),
+        100, bind(strike, _1, _2, s.ratio, s.speed, s.distance), {{"passes", 0, s.most}});
+  return all;
+}
+
+}  // namespace sap_test::physics
