@@ -4,15 +4,13 @@ the whole one over the scenes of the benchmarks.
 
     cmake --preset release -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF && cmake --build build/release
     tests/bench/ablation.py measure build/release/tests/bench ablation.csv
-    tests/bench/ablation.py count build/release/tests/bench ablation.csv
     tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md
     tests/bench/ablation.py check
 
-A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds. "nothing"
-is the whole library timed against itself. `count` runs each cell again, alone, with a library that counts what it does, and
-writes how often the mechanism ran; where it did not, what it seems to gain and to lose is what other machine code does by
-itself, and the cell does not count. `check` says whether the lines where mechanisms run are there. All run on one thread but dSpaceCollide2 of two spaces (two: give --cores two
-processors).
+A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds, on one thread.
+"nothing" is the whole library timed against itself. `runs`, by a library that counts, is how often the mechanism ran; where
+it did not, what it seems to gain and to lose is what other machine code does by itself, and the cell does not count. `check`
+says whether the lines where mechanisms run are there.
 """
 import argparse
 import csv
@@ -66,20 +64,6 @@ def mechanisms():
         return re.findall(r"\nconstexpr bool (\w+) = true;", file.read())
 
 
-def copied(options, directory):
-    """A copy of the project, and its configured build folder."""
-    source, made = os.path.join(directory, "source"), os.path.join(directory, "build")
-    shutil.copytree(PROJECT, source, ignore=shutil.ignore_patterns("build", ".git"))
-    subprocess.run(["cmake", "-S", source, "-B", made, "-DCMAKE_BUILD_TYPE=Release", "-DODE_PARALLEL_SAP_CUDA=OFF", "-DBUILD_TESTING=OFF",
-                    "-DODE_PARALLEL_SAP_EXAMPLES=OFF"] + options.cmake, check=True, stdout=subprocess.DEVNULL)
-    return source, made
-
-
-def compileLibrary(made):
-    subprocess.run(["cmake", "--build", made, "--parallel", str(os.cpu_count()), "--target", "ode-parallel-sap"], check=True,
-                   stdout=subprocess.DEVNULL)
-
-
 def edit(path, change):
     with open(path) as file:
         text = file.read()
@@ -87,15 +71,30 @@ def edit(path, change):
         file.write(change(text))
 
 
-def build(options, names, directory):
-    """The folder of the library without each mechanism: a copy of the project, compiled again after each edit of the header."""
-    source, made = copied(options, directory)
+def counting(source):
+    """Has the library count how often each mechanism runs."""
+    edit(os.path.join(source, HEADER), lambda text: text + COUNTERS % len(RUNS))
+    for place, (path, line, condition) in enumerate(RUNS.values()):
+        edit(os.path.join(source, "space", path), lambda text: text.replace(
+            "\n" + line, "\nif (%s) ++mechanisms::runs.of[%d];\n%s" % (condition, place, line)).replace(
+            '#include "', '#include "space/base/mechanisms.h"\n#include "', 1))
+
+
+def build(options, directory):
+    """The folder of the library without each mechanism, "whole", "nothing" and "counting": a copy of the project, edited."""
+    source, made = os.path.join(directory, "source"), os.path.join(directory, "build")
+    shutil.copytree(PROJECT, source, ignore=shutil.ignore_patterns("build", ".git"))
+    subprocess.run(["cmake", "-S", source, "-B", made, "-DCMAKE_BUILD_TYPE=Release", "-DODE_PARALLEL_SAP_CUDA=OFF", "-DBUILD_TESTING=OFF",
+                    "-DODE_PARALLEL_SAP_EXAMPLES=OFF"] + options.cmake, check=True, stdout=subprocess.DEVNULL)
     with open(os.path.join(source, HEADER)) as file:
         text = file.read()
     libraries = {}
-    for name in names:
+    for name in ["whole"] + mechanisms() + ["nothing", "counting"]:
         edit(os.path.join(source, HEADER), lambda _: text.replace("constexpr bool %s = true;" % name, "constexpr bool %s = false;" % name))
-        compileLibrary(made)
+        if name == "counting":
+            counting(source)
+        subprocess.run(["cmake", "--build", made, "--parallel", str(os.cpu_count()), "--target", "ode-parallel-sap"], check=True,
+                       stdout=subprocess.DEVNULL)
         libraries[name] = os.path.join(directory, name)
         shutil.copytree(os.path.join(made, "space"), libraries[name], symlinks=True,
                         ignore=lambda folder, files: [file for file in files if not file.startswith("libode-parallel-sap.so")])
@@ -103,73 +102,88 @@ def build(options, names, directory):
     return libraries
 
 
-# What is timed: program, arguments, and columns of its CSV that tell cells apart. pair-benchmark checks its pairs first, so a
-# variant that finds others is not timed.
-def measurements(quick):
-    pairs, queries = ("scene", "n", "threads", "moving"), ("kind", "n", "queries", "moving", "threads")
-    of = lambda scenes, sizes, quick_sizes, *more, peer="parallel-sap": (
-        "pair-benchmark", ["--peers=" + peer, "--seconds=0.03", "--scenes=" + scenes,
-                           "--sizes=" + (quick_sizes if quick else sizes)] + list(more), pairs)
-    many = "dense-cube,heap,clusters,far-clusters,two-decades-of-size,six-decades-of-size,giant-among-dust,bars-among-cubes," \
-           "long-bars,brownian,trembling,touching-lattice,one-place"
-    few, small = "dense-cube,heap,straight-line", "2,4,8,16,32,64,96,120"
-    return [
-        of(many, "300,3000,30000", "1000"),
-        of("dense-cube", "10000,200000", "2000"),
-        of(few, small, small, "--batch=64"),
-        of(few, small, small, "--batch=64", "--moving=0"),
-        of(few, "300,30000", "300", "--moving=0"),
-        of("dense-cube", "20000", "2000", "--moving=0.01", peer=NOTIFIED),
-        of("dense-cube", "20000", "2000", "--moving=0", peer=NOTIFIED),
-        ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,30000"), "--seconds=0.05"], ("setting", "n", "threads")),
-        ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"), "--queries=100",
-                             "--seconds=0.05"], queries),
-        ("query-benchmark", ["--spaces=parallel-sap", "--kinds=spaces", "--sizes=" + ("1000" if quick else "1000,32000"),
-                             "--queries=100" + ("" if quick else ",10000"), "--threads=2", "--seconds=0.05"], queries),
-    ]
+def cells(quick):
+    """What is timed: a program and its arguments. pair-benchmark checks its pairs first, so a variant that finds others is
+    not timed."""
+    many = "dense-cube heap clusters far-clusters two-decades-of-size six-decades-of-size giant-among-dust bars-among-cubes " \
+           "long-bars brownian trembling touching-lattice one-place"
+    few, small = "dense-cube heap straight-line", (2, 4, 8, 16, 32, 64, 96, 120)
+    settings = "some-move some-move-notified none-move none-move-notified others-move some-awake skip-asleep skip-asleep-notified " \
+               "skip-static tolerance-0.2 tolerance-0.002"
+    found = []
+
+    def of(program, names, sizes, quick_sizes, **more):
+        key = "settings" if program == "rest" else "scenes"
+        found.extend((program, {**({key: name} if name else {}), "sizes": n, **more})
+                     for name in names.split() or [""] for n in (quick_sizes if quick else sizes))
+
+    ours = {"peers": "parallel-sap"}
+    of("pair", many, (300, 3000, 30000), (1000,), **ours)
+    of("pair", "dense-cube", (10000, 200000), (2000,), **ours)
+    for moving in (1, 0):
+        of("pair", few, small, small, moving=moving, batch=64, **ours)
+    of("pair", few, (300, 30000), (300,), moving=0, **ours)
+    for moving in (0.01, 0):
+        of("pair", "dense-cube", (20000,), (2000,), moving=moving, peers=NOTIFIED)
+    of("rest", settings, (1000, 30000), (2000,))
+    for peer in ("parallel-sap", "parallel-sap:batches"):  # rays and probes, one by one and all at once
+        of("warehouse", "", (3000, 30000), (500,), peers=peer)
+    return found
 
 
-def timeOf(program, row):
-    """The least of all frames is what others on the machine disturb least; but where frames differ all count."""
-    if row.get("scene") == "trembling" or row.get("setting") == "others-move":
-        return "mean_ms"
-    return "min_ms"
+def name_of(cell):
+    return " ".join([cell[0]] + ["%s=%s" % item for item in cell[1].items()])
 
 
-def timesOf(options, library, runs):
-    """Milliseconds a cell, by its name."""
-    times = {}
-    environment = dict(os.environ, LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""),
-                       OMP_WAIT_POLICY="active")
-    for program, arguments, keys in runs:
-        with tempfile.TemporaryDirectory() as directory:
-            table = os.path.join(directory, "table.csv")
-            command = [os.path.join(options.programs, program)] + arguments + ["--rounds=1", "--csv=" + table]
-            if options.cores is not None:
-                command = ["taskset", "-c", options.cores] + command
-            subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            with open(table) as file:
-                for row in csv.DictReader(file):
-                    if row.get("status", "ok") != "ok":
-                        continue
-                    name = " ".join([program.split("-")[0]] + ["%s=%s" % (key, row[key]) for key in keys])
-                    times[name] = float(row[timeOf(program, row)])
-    return times
+def time_of(options, library, cell, **environment):
+    """Milliseconds; none where the pairs were wrong. The least of all frames is what others on the machine disturb least; but
+    where frames differ all count."""
+    program, arguments = cell
+    with tempfile.TemporaryDirectory() as directory:
+        table = os.path.join(directory, "table.csv")
+        command = ["taskset", "-c", options.cores] if options.cores is not None else []
+        command += [os.path.join(options.programs, program + "-benchmark"), "--seconds=0.05", "--rounds=1", "--csv=" + table]
+        environment.update(OMP_WAIT_POLICY="active", LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""))
+        subprocess.run(command + ["--%s=%s" % item for item in arguments.items()], env=dict(os.environ, **environment), check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with open(table) as file:
+            row = list(csv.DictReader(file))[-1]
+    if row.get("status", "ok") != "ok":
+        return None
+    return float(row["mean_ms" if {"trembling", "others-move"} & set(arguments.values()) else "min_ms"])
 
 
 def measure(options):
-    """In each round each program is run with every library in turn; the file is written after each program."""
-    wanted = mechanisms() + ["nothing"]
-    least = {name: {} for name in ["whole"] + wanted}
+    """In each round each cell is run with every library in turn; the file is written after each round."""
+    wanted = cells(options.quick)
     with tempfile.TemporaryDirectory() as directory:
-        libraries = build(options, list(least), directory)
+        libraries = build(options, directory)
+        counts, least = {}, {}
+        for cell in wanted:
+            path = os.path.join(directory, "runs")
+            time_of(options, libraries["counting"], cell, ABLATION_RUNS=path)
+            with open(path) as file:
+                counts[name_of(cell)] = dict(zip(RUNS, file.read().split()))
+        del libraries["counting"]
         for number in range(options.rounds):
-            for measurement in measurements(options.quick):
+            for cell in wanted:
                 for name, library in libraries.items():
-                    for cell, ms in timesOf(options, library, [measurement]).items():
-                        least[name][cell] = min(ms, least[name].get(cell, math.inf))
-                write(options.csv, wanted, least)
+                    ms = time_of(options, library, cell)
+                    if ms is not None:
+                        least[name, name_of(cell)] = min(ms, least.get((name, name_of(cell)), math.inf))
+            write(options.csv, [name for name in libraries if name != "whole"], least, counts)
             print("round", number + 1, flush=True)
+
+
+def write(path, libraries, least, counts):
+    with open(path, "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["without", "cell", "ms", "ms_without", "ratio", "runs"])
+        for name in libraries:
+            for cell in sorted(counts):
+                whole, without = least.get(("whole", cell)), least.get((name, cell))
+                if whole and without:
+                    writer.writerow([name, cell, "%.5g" % whole, "%.5g" % without, "%.4g" % (without / whole), counts[cell].get(name, "")])
 
 
 def check(_):
@@ -182,73 +196,12 @@ def check(_):
     sys.exit("\n".join(wrong) or 0)
 
 
-def buildCounting(options, directory):
-    """The folder of a library that counts how often each mechanism runs."""
-    source, made = copied(options, directory)
-    edit(os.path.join(source, HEADER), lambda text: text + COUNTERS % len(RUNS))
-    for place, (path, line, condition) in enumerate(RUNS.values()):
-        def counting(text):
-            return text.replace("\n" + line, "\nif (%s) ++mechanisms::runs.of[%d];\n%s" % (condition, place, line)).replace(
-                '#include "', '#include "space/base/mechanisms.h"\n#include "', 1)
-        edit(os.path.join(source, "space", path), counting)
-    compileLibrary(made)
-    return os.path.join(made, "space")
-
-
-def argumentsOf(cell):
-    """The benchmark and its arguments that run this cell alone."""
-    program, *words = cell.split()
-    option = {"scene": "--scenes", "n": "--sizes", "setting": "--settings", "kind": "--kinds"}
-    arguments = ["--seconds=0.03", "--rounds=1"]
-    for key, value in (word.split("=") for word in words):
-        arguments.append("%s=%s" % (option.get(key, "--" + key), value))
-    if program == "pair":
-        arguments.append("--peers=" + (NOTIFIED if "n=20000" in words else "parallel-sap"))
-    if program == "query":
-        arguments.append("--spaces=parallel-sap")
-    return [program + "-benchmark"] + arguments
-
-
-def count(options):
-    """Writes into each row of the CSV how often its mechanism ran in its cell."""
-    with open(options.csv) as file:
-        rows = list(csv.DictReader(file))
-    runs = {}
-    with tempfile.TemporaryDirectory() as directory:
-        library = buildCounting(options, directory)
-        environment = dict(os.environ, LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""),
-                           ABLATION_RUNS=os.path.join(directory, "runs"))
-        for cell in sorted({row["cell"] for row in rows}):
-            command = argumentsOf(cell)
-            subprocess.run([os.path.join(options.programs, command[0])] + command[1:], env=environment, check=True,
-                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            with open(environment["ABLATION_RUNS"]) as file:
-                runs[cell] = dict(zip(RUNS, file.read().split()))
-    with open(options.csv, "w", newline="") as file:
-        writer = csv.DictWriter(file, list(dict.fromkeys(list(rows[0]) + ["runs"])))
-        writer.writeheader()
-        for row in rows:
-            writer.writerow(dict(row, runs=runs[row["cell"]].get(row["without"], "")))
-
-
-def write(path, wanted, least):
-    with open(path, "w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["without", "cell", "ms", "ms_without", "ratio"])
-        for name in wanted:
-            for cell in sorted(set(least["whole"]) & set(least[name])):
-                whole, without = least["whole"][cell], least[name][cell]
-                writer.writerow([name, cell, "%.5g" % whole, "%.5g" % without, "%.4g" % (without / whole)])
-
-
 def ratios_of(path):
     """By library: (time over the median of all libraries, cell) where its mechanism ran; and the cells that are left out. The
     median is steadier than one library, as most mechanisms have nothing to do in a cell. The machine was unsteady in a cell
     in which libraries that do the same differ."""
     with open(path) as file:
         rows = list(csv.DictReader(file))
-    if "runs" not in rows[0]:
-        sys.exit(path + ": whether the mechanisms ran is not known; `count` counts it")
     times = {}
     idle = {(row["without"], row["cell"]) for row in rows if row["runs"] == "0"}
     for row in rows:
@@ -310,11 +263,6 @@ def main():
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
     measuring.add_argument("--cores", help="processors to keep to, as of taskset")
     measuring.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
-    counting = commands.add_parser("count")
-    counting.set_defaults(run=count)
-    counting.add_argument("programs", help="where the benchmarks are")
-    counting.add_argument("csv")
-    counting.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
     commands.add_parser("check").set_defaults(run=check)
     tabulating = commands.add_parser("table")
     tabulating.set_defaults(run=table)

@@ -49,8 +49,7 @@ def one(rows, **wanted):
 
 
 # Peers that are other libraries, not ODE's.
-LIBRARIES = ("embree", "embree-default", "cgal", "bullet-dbvt", "fcl-tree")
-ODE_SPACES = ("dHashSpace", "dSweepAndPruneSpace", "dQuadTreeSpace", "dSimpleSpace")
+LIBRARIES = ("embree", "embree-default", "bullet-dbvt", "fcl-tree")
 OURS = "parallel-sap"
 
 

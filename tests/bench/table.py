@@ -13,7 +13,7 @@ import re
 import sys
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
-from results import LIBRARIES, ODE_SPACES, OURS, best, machine, one, read, timed, values
+from results import LIBRARIES, OURS, best, machine, one, read, timed, values
 
 
 def shown(value, suffix=""):
@@ -41,26 +41,11 @@ def by_peer(directory, study):
     moves = {1: "", 0: ", at rest"}
     cells = {}
     for row in timed(rows):
-        cell = cells.setdefault((row["n"], row["scene"], -row.get("moving", 1), row["threads"]), {})
+        cell = cells.setdefault((row["n"], row.get("program", row["scene"]), -row.get("moving", 1), row["threads"]), {})
         cell[row["peer"]] = min(row["median_ms"], cell.get(row["peer"], row["median_ms"]))
     lines = [[scene + moves.get(-moving, ", %g %% moves" % (-100 * moving)), count(n), "%d" % threads] +
              [shown(cell.get(peer)) for peer in peers] for (n, scene, moving, threads), cell in sorted(cells.items())]
     return markdown(["ms a frame", "boxes", "threads"] + peers, lines, [machine(rows)])
-
-
-def small(directory):
-    """Ours against the best space of ODE, all moving and none."""
-    rows = read(directory, "small")
-    lines = []
-    for moving in values(rows, "moving"):
-        for scene in values(rows, "scene"):
-            some = [row for row in rows if row["moving"] == moving and row["scene"] == scene]
-            cells = []
-            for n in values(some, "n"):
-                ours, other = one(some, n=n, peer=OURS), best(some, ODE_SPACES, n=n)
-                cells.append(shown(other["median_ms"] / ours["median_ms"], "×") if ours and other else "–")
-            lines.append(["%s, %s" % (scene, "moving" if moving else "still")] + cells)
-    return markdown(["best space of ODE / ours"] + [count(n) for n in values(rows, "n")], lines, [machine(rows)])
 
 
 def worlds(directory):
@@ -127,22 +112,10 @@ def traces(directory):
                      "pairs and dCollide, us", "what would help these"], lines, [machine(rows)])
 
 
-def trace_peers(directory):
-    """The bounding boxes of those traces in other libraries, one thread each."""
-    rows = read(directory, "trace_peers")
-    lines = []
-    for program in values(rows, "program"):
-        ours, with_events = (one(rows, program=program, peer=OURS + setting) for setting in ("", ":begun-ended"))
-        nearest = [best(rows, peers, program=program) for peers in (LIBRARIES, ODE_SPACES)]
-        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), shown(with_events and 1000 * with_events["median_ms"])] +
-                     ["%s %s" % (row["peer"], shown(1000 * row["median_ms"])) if row else "–" for row in nearest])
-    return markdown(["boxes of", "boxes", "ours, us a frame", "ours, begun and ended pairs", "nearest other library",
-                     "nearest of ODE's spaces"], lines, [machine(rows)])
-
-
-def nearest_of(rows, groups):
+def nearest(directory):
     """Our time, the nearest other library with its time, and how many times faster ours is, for numbers of boxes and threads."""
-    rows = [row for row in rows if (row["n"], row["threads"]) in groups]
+    groups = ((100000, 1), (100000, 2))
+    rows = [row for row in read(directory, "peers") if (row["n"], row["threads"]) in groups]
     lines = []
     for scene in values(rows, "scene"):
         line = [scene]
@@ -155,15 +128,6 @@ def nearest_of(rows, groups):
     heads = [head for n, threads in groups for head in (
         "ours: %s boxes, %d thread%s" % (count(n), threads, "s" if threads > 1 else ""), "nearest library", "times faster")]
     return markdown(["ms a frame"] + heads, lines, [machine(rows)])
-
-
-def nearest(directory):
-    return nearest_of(read(directory, "peers"), ((100000, 1), (100000, 2)))
-
-
-def many_threads(directory):
-    rows = read(directory, "nearest")
-    return nearest_of(rows, ((100000, rows[0]["threads"]), (1000000, rows[0]["threads"])))
 
 
 def rest(directory):
@@ -281,13 +245,11 @@ def stock_spaces(directory):
 
 
 # By name: the function and the file of rows.
-TABLES = {"step": (step, "step"), "small": (small, "small"), "worlds": (worlds, "small"),
-          "memory": (memory, "memory"), "frames": (frames, "frames"),
-          "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
+TABLES = {"step": (step, "step"), "worlds": (worlds, "small"), "memory": (memory, "memory"), "frames": (frames, "frames"),
+          "traces": (traces, "traces"), "devices": (devices, "devices"),
           "warehouse": (warehouse, "warehouse"), "callback": (callback, "collide"),
-          "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),
-          "wrong-scenes": (stock_spaces, "rows")}
-for study in ("peers", "rivals", "scaling", "collide", "blocks", "device-rivals"):
+          "rest": (rest, "rest"), "nearest": (nearest, "peers"), "wrong-scenes": (stock_spaces, "rows")}
+for study in ("peers", "rivals", "small", "scaling", "collide", "trace_peers"):
     TABLES[study] = (lambda directory, study=study: by_peer(directory, study)), study
 
 

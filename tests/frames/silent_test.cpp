@@ -24,21 +24,21 @@ using namespace sap_test;
 
 namespace {
 
-constexpr std::size_t kProbeNumber = 1000000;
-constexpr std::size_t kPlaces = 8;
-
-// Where the triangle of data number `place` is: from x to x + 1. Boxes of denseCube() are not
-// there.
-double xOf(std::size_t place) {
-  return 100 + 10 * static_cast<double>(place);
+// Where a visitor is while it is here, or not. Boxes of denseCube() are not there.
+double xOf(bool here) {
+  return here ? 100 : 170;
 }
 
-// One triangle at each place.
+dReal placeOf(bool here) {
+  return real(xOf(here));
+}
+
+// One triangle at each place, from x to x + 1.
 class Triangles {
  public:
   Triangles() {
     static const dTriIndex indices[] = {0, 1, 2};
-    for (std::size_t place = 0; place < kPlaces; ++place) {
+    for (const bool place : {false, true}) {
       const double x = xOf(place);
       vertices_[place] = {x, 0, 0, x + 1, 0, 0, x, 1, 1};
       data_[place] = dGeomTriMeshDataCreate();
@@ -52,14 +52,14 @@ class Triangles {
   Triangles(const Triangles&) = delete;
   Triangles& operator=(const Triangles&) = delete;
 
-  dTriMeshDataID at(std::size_t place) const { return data_[place]; }
-  dGeomID create(dSpaceID space, std::size_t place) const {
+  dTriMeshDataID at(bool place) const { return data_[place]; }
+  dGeomID create(dSpaceID space, bool place) const {
     return dCreateTriMesh(space, data_[place], nullptr, nullptr, nullptr);
   }
 
  private:
-  std::array<std::array<double, 9>, kPlaces> vertices_;
-  std::array<dTriMeshDataID, kPlaces> data_;
+  std::array<double, 9> vertices_[2];
+  dTriMeshDataID data_[2];
 };
 
 // The space in which a mesh is put, and what of it the outer space reports.
@@ -77,150 +77,33 @@ const Holder kHolders[] = {{"none", nullptr, nullptr},
                            {"ours in simple", dSimpleSpaceCreate, dParallelSAPSpaceCreate},
                            {"ours in ours", dParallelSAPSpaceCreate, dParallelSAPSpaceCreate}};
 
-std::vector<std::size_t> numbersAt(dSpaceID space, std::size_t place) {
-  const dGeomID probe = dCreateBox(nullptr, 2, 2, 2);
-  dGeomSetPosition(probe, static_cast<dReal>(xOf(place) + 0.5), 0, 0);
-  setNumber(probe, kProbeNumber);
-  std::vector<std::size_t> numbers;
-  for (const Pair& pair : collide2(space, probe)) numbers.push_back(pair.first);
-  dGeomDestroy(probe);
-  return numbers;
-}
-
 }  // namespace
-
-TEST_CASE("A mesh with other triangles pairs where these are, in whatever space it is",
-          "[silent]") {
-  const Triangles triangles;
-  for (const Configuration& configuration : configurations())
-    for (const Holder& holder : kHolders)
-      for (const std::size_t n : {0, 300, 1500}) {
-        const Space space(configuration);
-        World world(space);
-        world.addBoxes(denseCube(n, 2));
-        const dSpaceID outermost = holder.outermost ? holder.outermost(space) : dSpaceID(space);
-        const dSpaceID innermost = holder.innermost ? holder.innermost(outermost) : outermost;
-        const dGeomID mesh = triangles.create(innermost, 0);
-        setNumber(outermost == space ? mesh : asGeom(outermost), kProbeNumber);
-        for (std::size_t place = 0; place < kPlaces; ++place) {
-          const dGeomID box = world.take(dCreateBox(space, 2, 2, 2));
-          dGeomSetPosition(box, static_cast<dReal>(xOf(place)), 0, 0);
-        }
-        const auto partners = [&] {
-          std::vector<std::size_t> partners;
-          for (const Pair& pair : collide(space))
-            if (pair.first == kProbeNumber) partners.push_back(pair.second - n);
-          return partners;
-        };
-        for (int frame = 0; frame < 4; ++frame) REQUIRE(partners() == std::vector<std::size_t>{0});
-        for (std::size_t round = 1; round < 2 * kPlaces; ++round) {
-          INFO(configuration.name << ", in " << holder.name << ", " << n << " boxes, round "
-                                  << round);
-          const std::size_t place = round * 3 % kPlaces;
-          dGeomTriMeshSetData(mesh, triangles.at(place));
-          if (round % 3 == 1 && dSpaceIsParallelSAP(innermost)) dSpaceClean(innermost);
-          CHECK(partners() == std::vector<std::size_t>{place});
-          CHECK(partners() == std::vector<std::size_t>{place});
-        }
-      }
-}
 
 TEST_CASE("A space that is the geom of a query brings its meshes up to date first", "[silent]") {
   const Triangles triangles;
   const Space space, other;
   dSpaceSetSublevel(space, 1);  // so that its geoms meet the other space as one geom
-  dGeomSetPosition(dCreateBox(space, 2, 2, 2), static_cast<dReal>(xOf(1)), 0, 0);
-  const dGeomID mesh = triangles.create(other, 0);
+  dGeomSetPosition(dCreateBox(space, 2, 2, 2), placeOf(true), 0, 0);
+  const dGeomID mesh = triangles.create(other, false);
   CHECK(collide2(space, other.geom()).empty());
-  dGeomTriMeshSetData(mesh, triangles.at(1));
+  dGeomTriMeshSetData(mesh, triangles.at(true));
   CHECK(collide2(space, other.geom()).size() == 1);
-}
-
-TEST_CASE("Spaces are asked for the meshes they hold as these come and go", "[silent]") {
-  const std::uint64_t seed = seedOr(301);
-  INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-  const Triangles triangles;
-  Random random(seed);
-  const Space space;
-  struct Model {
-    dSpaceID outermost, innermost;
-    std::vector<std::pair<dGeomID, std::size_t>> meshes;  // with their places
-    std::size_t number;
-  };
-  std::vector<Model> models;
-  std::size_t numbers = 0;
-  const auto edit = [&] {
-    Model* const model = models.empty() ? nullptr : &models[random.below(models.size())];
-    const std::size_t place = random.below(kPlaces);
-    switch (random.below(model ? 7 : 1)) {
-      case 0: {
-        const Holder& holder = kHolders[1 + random.below(7)];
-        const dSpaceID outermost = holder.outermost(space);
-        setNumber(asGeom(outermost), ++numbers);
-        models.push_back(
-            {outermost, holder.innermost ? holder.innermost(outermost) : outermost, {}, numbers});
-        break;
-      }
-      case 1:
-      case 2:
-        model->meshes.emplace_back(triangles.create(model->innermost, place), place);
-        break;
-      case 3:
-        if (random.chance(0.7)) break;
-        dSpaceDestroy(model->outermost);
-        models.erase(models.begin() + (model - models.data()));
-        break;
-      case 4:
-        if (model->meshes.empty()) break;
-        dGeomDestroy(model->meshes.back().first);
-        model->meshes.pop_back();
-        break;
-      default:
-        if (model->meshes.empty()) break;
-        std::pair<dGeomID, std::size_t>& mesh = model->meshes[random.below(model->meshes.size())];
-        dGeomTriMeshSetData(mesh.first, triangles.at(mesh.second = place));
-    }
-  };
-  const auto reaches = [](const Model& model, std::size_t place) {
-    if (model.meshes.empty()) return false;
-    const auto [least, most] =
-        std::minmax_element(model.meshes.begin(), model.meshes.end(),
-                            [](const auto& a, const auto& b) { return a.second < b.second; });
-    return least->second <= place && place <= most->second;
-  };
-  const int edits = scaled(4000);
-  for (int i = 0; i < edits; ++i) {
-    edit();
-    if (random.chance(0.4)) continue;
-    if (random.chance(0.1)) (void)collide(space);
-    if (random.chance(0.1)) dSpaceClean(space);
-    if (random.chance(0.2) && !models.empty() && dSpaceIsParallelSAP(models.back().innermost))
-      dSpaceClean(models.back().innermost);
-    const std::size_t place = random.below(kPlaces);
-    std::vector<std::size_t> expected;
-    for (const Model& model : models)
-      if (reaches(model, place)) expected.push_back(model.number);
-    INFO("edit " << i);
-    REQUIRE(numbersAt(space, place) == expected);
-  }
 }
 
 namespace {
 
-// A way in which a geom comes to its lane, at x = xOf(0), and leaves it.
+// A way in which a geom comes to its lane, at x = xOf(true), and leaves it.
 struct Visitor {
   std::string name;
   dGeomID reported;  // the geom itself, or the space of the outer space that it is in
   std::function<void(Visitor& self, bool here)> come;
   bool is_here = false;
   bool by_speed = false;  // only while bounds are swept
+  std::size_t times = 0;  // that it left
 };
 
 dReal laneOf(std::size_t lane) {
   return 20 * static_cast<dReal>(lane);
-}
-dReal placeOf(bool here) {
-  return real(xOf(here ? 0 : kPlaces - 1));
 }
 
 // Rays have this bit, which hosts have not.
@@ -235,18 +118,19 @@ class Lanes {
     sweep(true);
     addDirect();
     for (const Holder& holder : kHolders) {
-      const dSpaceID outermost = holder.outermost ? holder.outermost(space) : space;
-      const dSpaceID innermost = holder.innermost ? holder.innermost(outermost) : outermost;
-      const dGeomID mesh = triangles_.create(innermost, 0);
-      add("other triangles, holder " + std::string(holder.name),
-          holder.outermost ? asGeom(outermost) : mesh, [this, mesh](Visitor&, bool here) {
-            dGeomTriMeshSetData(mesh, triangles_.at(here ? 0 : kPlaces - 1));
-          });
+      const std::string held = std::string(", holder ") + holder.name;
+      const dSpaceID outermost = createIn(holder);
+      const dGeomID mesh = triangles_.create(innermostOf(holder, outermost), false);
+      add("other triangles" + held, holder.outermost ? asGeom(outermost) : mesh,
+          [this, mesh](Visitor&, bool here) { dGeomTriMeshSetData(mesh, triangles_.at(here)); });
       dGeomSetPosition(mesh, 0, laneOf(visitors.size() - 1), 0);
       if (!holder.outermost) continue;
-      const dSpaceID around = holder.outermost(space);
-      const dGeomID inside = dCreateSphere(holder.innermost ? holder.innermost(around) : around, 1);
-      add("moves, holder " + std::string(holder.name), asGeom(around), mover(inside));
+      const dSpaceID around = createIn(holder);
+      add("moves" + held, asGeom(around), mover(dCreateSphere(innermostOf(holder, around), 1)));
+      add("comes, and goes with its space at times" + held, asGeom(createIn(holder)),
+          [this, &holder, lane = visitors.size()](Visitor& self, bool here) {
+            comeOrGo(self, holder, lane, here);
+          });
     }
     for (std::size_t lane = 0; lane < visitors.size(); ++lane) {
       visitors[lane].come(visitors[lane], false);
@@ -331,7 +215,7 @@ class Lanes {
 
  private:
   using Come = std::function<void(Visitor&, bool)>;
-  static constexpr std::size_t kVisitors = 2 * kProbeNumber, kHosts = 3 * kProbeNumber;
+  static constexpr std::size_t kVisitors = 2000000, kHosts = 3000000;
 
   void add(const std::string& name, dGeomID reported, const Come& come) {
     setNumber(reported, kVisitors + visitors.size());
@@ -342,6 +226,30 @@ class Lanes {
     const dGeomID geom = dCreateSphere(space_, 1);
     dGeomSetPosition(geom, placeOf(true), laneOf(visitors.size()), 0);
     return geom;
+  }
+  dSpaceID createIn(const Holder& holder) const {
+    const dSpaceID outermost = holder.outermost ? holder.outermost(space_) : space_;
+    if (holder.innermost) holder.innermost(outermost);
+    return outermost;
+  }
+  static dSpaceID innermostOf(const Holder& holder, dSpaceID outermost) {
+    return holder.innermost ? dSpaceID(dSpaceGetGeom(outermost, 0)) : outermost;
+  }
+  // A mesh whose triangles were elsewhere before; every other time its spaces are others.
+  void comeOrGo(Visitor& self, const Holder& holder, std::size_t lane, bool here) const {
+    const dSpaceID outermost = dSpaceID(self.reported), space = innermostOf(holder, outermost);
+    if (here) {
+      const dGeomID mesh = triangles_.create(space, false);
+      dGeomSetPosition(mesh, 0, laneOf(lane), 0);
+      if (self.times % 3 == 0) (void)collide(space_);
+      dGeomTriMeshSetData(mesh, triangles_.at(true));
+    } else if (++self.times % 2) {
+      dSpaceDestroy(outermost);
+      self.reported = asGeom(createIn(holder));
+      setNumber(self.reported, kVisitors + lane);
+    } else if (dSpaceGetNumGeoms(space) > 0) {
+      dGeomDestroy(dSpaceGetGeom(space, 0));
+    }
   }
   Come mover(dGeomID geom) {
     const std::size_t lane = visitors.size();
@@ -403,7 +311,7 @@ class Lanes {
   }
 
   static dParallelSAPRay rayIn(std::size_t lane) {
-    dParallelSAPRay ray = rayOf({xOf(0) + 0.3, laneOf(lane) + 0.25, 5}, {0, 0, -1}, 10);
+    dParallelSAPRay ray = rayOf({xOf(true) + 0.3, laneOf(lane) + 0.25, 5}, {0, 0, -1}, 10);
     ray.category_bits = ray.collide_bits = kRayBit;
     return ray;
   }
@@ -498,7 +406,7 @@ TEST_CASE("What stock sub-spaces leave dirty makes none of them dirty in callbac
     const Space space;
     const dSpaceID stock = dSimpleSpaceCreate(space), ours = dParallelSAPSpaceCreate(stock),
                    inner = dSimpleSpaceCreate(ours);
-    const dGeomID mesh = triangles.create(inner, 0);
+    const dGeomID mesh = triangles.create(inner, false);
     setNumber(mesh, 0);
     (void)dCreateSphere(inner, 1);
     const dGeomID mover = dCreateSphere(inner, 1), front = dCreateSphere(stock, 1);
@@ -508,7 +416,7 @@ TEST_CASE("What stock sub-spaces leave dirty makes none of them dirty in callbac
       setNumber(box, i);
     }
     (void)collide(space);
-    dGeomTriMeshSetData(mesh, triangles.at(0));
+    dGeomTriMeshSetData(mesh, triangles.at(true));
     dGeomSetPosition(destroyed ? mesh : mover, 0, 0, 0);
     destroyed ? dGeomDestroy(mesh) : dGeomSetPosition(front, 0, 0, 0);
     Pairs pairs;

@@ -113,69 +113,6 @@ TEST_CASE("A back end or method is taken with 1, or refused with 0 and nothing c
       }
 }
 
-TEST_CASE("Statistics count what happened, and name the back end and method asked for", "[api]") {
-  for (const Configuration& configuration : configurations()) {
-    for (const std::size_t n : {8, 100, 3000}) {
-      const Space space(configuration);
-      World world(space);
-      world.addBoxes(denseCube(n, 1));
-      INFO(configuration.name << ", " << n << " geoms");
-      statsOf(space);
-      const std::size_t pairs = collide(space).size();
-      dParallelSAPStats stats = statsOf(space);
-      const auto runs = [](int what, int asked, int automatic) {
-        return asked == automatic ? what != automatic : what == asked;
-      };
-      CHECK(runs(stats.backend, configuration.backend, dParallelSAPBackendAuto));
-      CHECK(runs(stats.method, configuration.method, dParallelSAPMethodAuto));
-      CHECK(stats.frames == 1);
-      CHECK(stats.geoms == n);
-      CHECK(stats.moved == n);
-      CHECK(stats.disabled == 0);
-      CHECK(stats.unbounded == 0);
-      CHECK(stats.pairs == pairs);
-      CHECK(stats.candidates >= stats.pairs);
-      CHECK(stats.threads >= 1);
-      const double stages[] = {stats.update_ms, stats.extract_ms, stats.filter_ms, stats.report_ms};
-      double sum = 0;
-      for (const double stage : stages) {
-        CHECK(stage >= 0);
-        sum += stage;
-      }
-      CHECK(stats.total_ms > 0);
-      // The stages are parts of the whole; clocks may tick in between.
-      CHECK(sum <= stats.total_ms * 1.001 + 0.001);
-
-      Contacts contacts;
-      const dParallelSAPContactCallbacks callbacks = {recordContacts, nullptr, nullptr, nullptr};
-      dParallelSAPSpaceCollideContacts(space, &contacts, 8, &callbacks);
-      stats = statsOf(space);
-      CHECK(stats.frames == 2);
-      CHECK(stats.moved == 0);
-      CHECK(stats.pairs == pairs);
-      CHECK(stats.contacts == contacts.size());
-      CHECK(stats.contacts > 0);
-
-      dGeomSetPosition(world.geoms()[1], 0, 0, 0);
-      dGeomSetPosition(world.geoms()[1], 1, 0, 0);
-      dGeomSetPosition(world.geoms()[4], 1, 1, 1);
-      dGeomDisable(world.geoms()[2]);
-      dGeomBoxSetLengths(world.geoms()[3], 0, 1, 1);  // a move, too
-      world.take(asGeom(dSimpleSpaceCreate(space)));
-      world.take(dCreatePlane(space, 0, 0, 1, -1000));
-      const std::size_t rest = collide(space).size();
-      stats = statsOf(space);
-      CHECK(stats.geoms == n + 2);
-      CHECK(stats.moved == 5);
-      CHECK(stats.disabled == 3);
-      CHECK(stats.unbounded == 1);
-      CHECK(stats.pairs == rest);
-      CHECK(stats.contacts == 0);
-      CHECK(stats.narrow_ms == 0);
-    }
-  }
-}
-
 TEST_CASE("Statistics fill the struct that the program was compiled with, whatever its size",
           "[api]") {
   const Space space;

@@ -13,30 +13,6 @@
 
 using namespace sap_test;
 
-TEST_CASE("Every number of threads gives the expected sequence in every scene", "[threads]") {
-  const std::uint64_t seed = seedOr(41);
-  for (const WorldScene& scene : worldScenes()) {
-    const std::size_t n = std::min(scene.most, geomsOf(4000));
-    const Space space;
-    World world(space);
-    scene.populate(world, n, seed);
-    Pairs expected;
-    for (const Configuration& configuration : configurations()) {
-      configure(space, configuration);
-      for (const int threads : {1, 2, 3, 7, 16}) {
-        dParallelSAPSpaceSetNumThreads(space, threads);
-        const Pairs got = collide(space);
-        if (expected.empty()) expected = expectedPairs(world.geoms());
-        INFO(configuration.name << ", " << threads << " threads, " << scene.name
-                                << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-        REQUIRE(difference(got, expected) == "");
-        REQUIRE(statsOf(space).threads >= 1);
-        REQUIRE(statsOf(space).threads <= threads);
-      }
-    }
-  }
-}
-
 namespace {
 
 // The pairs of each frame of a scene that moves, in a space of its own.

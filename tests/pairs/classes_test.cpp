@@ -109,46 +109,6 @@ TEST_CASE("Every two classes are a pair exactly when they are in dSimpleSpace", 
   }
 }
 
-TEST_CASE("Every class's bounds follow when it or its body moves and turns", "[classes]") {
-  const std::uint64_t seed = seedOr(51);
-  for (const Configuration& configuration : configurations())
-    for (const Shape& shape : shapes()) {
-      if (!shape.placeable) continue;
-      Random random(seed);
-      const Space space(configuration);
-      World world(space);
-      for (int i = 0; i < 40; ++i) {
-        const dGeomID geom = world.take(shape.create(space));
-        if (i % 2) world.giveBody(geom);
-      }
-      INFO(configuration.name << ", " << shape.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      for (int frame = 0; frame < 6; ++frame) {
-        for (const dGeomID geom : world.geoms()) {
-          if (random.chance(0.4)) continue;
-          const auto number = [&](double low, double high) {
-            return real(random.between(low, high));
-          };
-          dMatrix3 rotation;
-          dRFromEulerAngles(rotation, number(-3, 3), number(-3, 3), 0);
-          const dBodyID body = dGeomGetBody(geom);
-          if (!body) {
-            place(geom, number(0, 4), number(0, 4), number(0, 4));
-            dGeomSetRotation(geom, rotation);
-            continue;
-          }
-          dBodySetPosition(body, number(0, 4), number(0, 4), number(0, 4));
-          if (random.chance(0.5)) dBodySetRotation(body, rotation);
-          if (random.chance(0.3)) dGeomSetOffsetPosition(geom, 0, 0, number(-2, 2));
-          if (random.chance(0.2)) dGeomClearOffset(geom);
-        }
-        CAPTURE(frame);
-        const Pairs got = collide(space);
-        REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
-        REQUIRE(!got.empty());
-      }
-    }
-}
-
 TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[classes]") {
   FarMemory memory;
   for (const Configuration& configuration : configurations())

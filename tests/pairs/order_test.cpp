@@ -64,29 +64,3 @@ TEST_CASE("Pairs come in their order, each once, whatever time the callback take
     dWorldDestroy(world);
   }
 }
-
-TEST_CASE("The order is that of adding, not of creation", "[order]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    const std::vector<dGeomID> geoms = looseSpheres(4);
-    for (const int i : {2, 0, 3, 1}) dSpaceAdd(space, geoms[i]);
-    INFO(configuration.name);
-    CHECK(difference(collide(space), {{2, 0}, {2, 3}, {2, 1}, {0, 3}, {0, 1}, {3, 1}}) == "");
-  }
-}
-
-TEST_CASE("dSpaceCollide2 with a geom visits the space's geoms in the order of adding", "[order]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    const std::vector<dGeomID> geoms = looseSpheres(5);
-    for (const int i : {3, 0, 4, 1}) dSpaceAdd(space, geoms[i]);
-    dGeomSetPosition(geoms[4], dReal(0.1), 0, 0);
-    INFO(configuration.name);
-    CHECK(difference(collide2(space, geoms[2]), {{3, 2}, {0, 2}, {4, 2}, {1, 2}}) == "");
-    CHECK(difference(collide2(geoms[2], space.geom()), {{2, 3}, {2, 0}, {2, 4}, {2, 1}}) == "");
-    REQUIRE(collide(space).size() == 6);
-    dGeomSetPosition(geoms[0], dReal(0.1), 0, 0);
-    CHECK(difference(collide2(space, geoms[2]), {{3, 2}, {0, 2}, {4, 2}, {1, 2}}) == "");
-    dGeomDestroy(geoms[2]);
-  }
-}

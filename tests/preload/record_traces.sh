@@ -14,7 +14,7 @@ replay=$build/examples/trace/trace-replay
 benchmark=$build/tests/bench/pair-benchmark
 export DRAWSTUFF_FRAMES=400 DRAWSTUFF_KEYS=bscxyvbsc
 
-peer_names=parallel-sap,parallel-sap:begun-ended,dHashSpace,dSweepAndPruneSpace,embree,embree-default,cgal,bullet-dbvt,fcl-tree
+peer_names=parallel-sap,parallel-sap:begun-ended,dHashSpace,dSweepAndPruneSpace,embree,embree-default,bullet-dbvt,fcl-tree
 machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1 | sed 's/ *\([0-9]*-Core\)\? *Processor$//'),$(nproc),,"
 machine+=",$(c++ --version | sed -n '1s/.* /GNU /p'),-O3 -DNDEBUG,$(git describe --always --dirty --abbrev=10),$(date -u +%F)"
 csv=$results/traces.csv peers=$results/trace_peers.csv
