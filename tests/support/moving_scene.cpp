@@ -143,8 +143,8 @@ dGeomID MovingScene::any() {
 
 unsigned long MovingScene::anyBits() {
   const unsigned long upper = 1ul << (8 * sizeof(unsigned long) - 24);
-  const unsigned long choices[] = {~0ul,  ~0ul,  1ul << random_.below(3), random_.below(8),
-                                   upper, ~upper};
+  const unsigned long choices[] = {
+      ~0ul, ~0ul, 1ul << random_.below(3), random_.below(8), upper * random_.below(8), ~upper};
   return choices[random_.below(6)];
 }
 
