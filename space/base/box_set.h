@@ -42,6 +42,9 @@ inline BasicBox<Real> boxOfBounds(const Bound* bounds) {
 struct FilterBits {
   std::uint32_t category, collide;
 };
+struct WideFilterBits {
+  std::uint64_t category, collide;
+};
 
 // A body's address; 0: no body.
 using BodyKey = std::uint64_t;
@@ -55,7 +58,8 @@ struct BoxSet {
   bool wide = false;     // which of the two is filled
   Buffer<BasicBox<float>> boxes;
   Buffer<BasicBox<double>> wide_boxes;
-  Buffer<FilterBits> bits;  // read if filter_bits
+  Buffer<FilterBits> bits;           // read if filter_bits
+  Buffer<WideFilterBits> wide_bits;  // all of a geom's, if these do not decide alike
   // Equal and not 0, if filter_bodies: on the same body, or both at rest, and no pair.
   Buffer<BodyKey> bodies;
   bool filter_bits = false;
@@ -67,6 +71,7 @@ struct BoxSet {
     size = slots;
     wide ? wide_boxes.resize(slots) : boxes.resize(slots);
     bits.resize(slots);
+    if (wide_bits.data()) wide_bits.resize(slots);
     bodies.resize(slots);
   }
   void deactivate(Slot slot) {
@@ -75,7 +80,7 @@ struct BoxSet {
     else
       boxes[slot] = inactiveBox<float>();
   }
-  std::size_t bytes() const { return bytesOf(boxes, wide_boxes, bits, bodies); }
+  std::size_t bytes() const { return bytesOf(boxes, wide_boxes, bits, wide_bits, bodies); }
 };
 
 template <class Real>

@@ -69,7 +69,7 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& facts, Bo
   facts.spaces = facts.spaces || state & space_state;
   state |= rounded & (unbounded_bounds | coarse_bounds);
   if (!resting || rules.notified)
-    packBits(geom, boxes.bits[slot], facts);
+    packBits(geom, slot, boxes.bits.data(), boxes.wide_bits.data(), facts);
   else
     boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
   if (resting)
@@ -85,9 +85,7 @@ bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state
   if (resting != (boxes.bodies[slot] == resting_body)) return true;
   if (isEnabled(geom) != !(state & disabled_state)) return true;
   if (state & no_box_state || (resting && !rules.notified)) return false;
-  return !areFoldedTo(boxes.bits[slot].category, geom->category_bits) ||
-         !areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) ||
-         (!resting && boxes.bodies[slot] != keyOf(geom->body));
+  return !hasBitsOf(geom, slot, boxes) || (!resting && boxes.bodies[slot] != keyOf(geom->body));
 }
 
 bool GeomPacker::fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {

@@ -75,9 +75,15 @@ inline bool foldsExactly(unsigned long bits) {
   const std::uint64_t wide = bits;
   return wide >> 32 == 0 || ~wide >> 31 == 0;
 }
-// Whether these stand for such bits.
-inline bool areFoldedTo(std::uint32_t folded, unsigned long bits) {
-  return static_cast<std::uint32_t>(bits) == folded && foldsExactly(bits);
+// Whether a geom that was packed has the same bits.
+inline bool hasBitsOf(const dxGeom* geom, Slot slot, const BoxSet& boxes) {
+  const unsigned long category = geom->category_bits, collide = geom->collide_bits;
+  if (const WideFilterBits* const wide = boxes.wide_bits.data())
+    return wide[slot].category == category && wide[slot].collide == collide;
+  const FilterBits& bits = boxes.bits[slot];
+  return static_cast<std::uint32_t>(category) == bits.category &&
+         static_cast<std::uint32_t>(collide) == bits.collide && foldsExactly(category) &&
+         foldsExactly(collide);
 }
 
 // Beyond this a step of floats is more than a small part of the tolerance.
@@ -104,7 +110,10 @@ __attribute__((noinline)) inline void packSomeBits(const dxGeom* geom, FilterBit
       facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
   bits = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
 }
-inline void packBits(const dxGeom* geom, FilterBits& bits, UpdateFacts& facts) {
+inline void packBits(const dxGeom* geom, Slot slot, FilterBits* all, WideFilterBits* wide,
+                     UpdateFacts& facts) {
+  FilterBits& bits = all[slot];
+  if (wide) wide[slot] = {geom->category_bits, geom->collide_bits};
   if (__builtin_expect((geom->category_bits & geom->collide_bits) != ~0ul, false))
     packSomeBits(geom, bits, facts);
   else
@@ -144,6 +153,7 @@ class PlainPacker {
   PlainPacker(const PackRules& rules, BoxSet& boxes, SlotState* states)
       : boxes_(rules.skip() || boxes.wide ? nullptr : boxes.boxes.data()),
         bits_(boxes.bits.data()),
+        wide_bits_(boxes.wide_bits.data()),
         bodies_(boxes.bodies.data()),
         states_(states),
         tolerant_(rules.tolerance > 0),
@@ -163,7 +173,7 @@ class PlainPacker {
                          false) &&
         !packOther(geom, slot, facts))
       return false;
-    packBits(geom, bits_[slot], facts);
+    packBits(geom, slot, bits_, wide_bits_, facts);
     packBody(geom, bodies_[slot], facts);
     return true;
   }
@@ -183,6 +193,7 @@ class PlainPacker {
 
   Box* boxes_;  // null: nothing is plain
   FilterBits* bits_;
+  WideFilterBits* wide_bits_;  // null: not kept
   BodyKey* bodies_;
   SlotState* states_;
   bool tolerant_;

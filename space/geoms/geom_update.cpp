@@ -23,9 +23,7 @@ Region updating("update: geoms"), noticing("update: what changed unnoticed");
 bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {
   return !(state & (disabled_state | no_box_state | space_state)) &&
          (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
-         areFoldedTo(boxes.bits[slot].category, geom->category_bits) &&
-         areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
-         boxes.bodies[slot] == keyOf(geom->body);
+         hasBitsOf(geom, slot, boxes) && boxes.bodies[slot] == keyOf(geom->body);
 }
 void prefetchStatus(const dxBody* body) {
   // fixed: where they are in ODE 0.16, whose private header of bodies is not for us.
@@ -101,6 +99,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   watching_ = false;
   boxes_.size = slots;
   boxes_.bits.resizeDiscarding(slots);
+  facts_.exact_bits ? boxes_.wide_bits.release() : boxes_.wide_bits.resizeDiscarding(slots);
   boxes_.bodies.resizeDiscarding(slots);
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
@@ -249,7 +248,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
 bool GeomUpdate::takeOver(const UpdateFacts& packed) {
   facts_.newly_invalid.clear();
   facts_.add(packed);
-  return packed.exact_bits && (boxes_.filter_bits || !packed.filter_bits) &&
+  return canRepack() && (boxes_.filter_bits || !packed.filter_bits) &&
          (boxes_.filter_bodies || !packed.filter_bodies) &&
          (boxes_.wide || !coarse_boxes_.areManyMore(static_cast<std::size_t>(facts_.coarse)));
 }

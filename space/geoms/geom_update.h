@@ -54,7 +54,7 @@ class GeomUpdate {
   int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads);
 
   // Whether repack() may follow what was packed last.
-  bool canRepack() const { return facts_.exact_bits; }
+  bool canRepack() const { return facts_.exact_bits || boxes_.wide_bits.data(); }
   // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
   // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
   // threads used.

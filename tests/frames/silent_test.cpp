@@ -106,8 +106,9 @@ dReal laneOf(std::size_t lane) {
   return 20 * static_cast<dReal>(lane);
 }
 
-// Rays have this bit, which hosts have not.
-constexpr unsigned long kRayBit = 2;
+// Rays have bits that hosts have not. Of 64 bits, those above are above the 32nd.
+constexpr unsigned long kUpperBit = 1ul << (8 * sizeof(long) - 24);
+constexpr unsigned long kHostBits = 1 | kUpperBit, kRayBits = 2 | 2 * kUpperBit;
 std::size_t boxes_asked_by_rays;  // as bits of lanes: no collider tells of user boxes
 
 // In each lane a visitor, a host in the outer space that it pairs with, a probe, and a ray.
@@ -139,9 +140,9 @@ class Lanes {
       for (const dGeomID geom : {hosts_[lane], probes_[lane]}) {
         dGeomSetPosition(geom, placeOf(true), laneOf(lane), 0);
         setNumber(geom, kHosts + lane);
+        dGeomSetCategoryBits(geom, kHostBits);
+        dGeomSetCollideBits(geom, kHostBits);
       }
-      dGeomSetCategoryBits(hosts_[lane], 1);
-      dGeomSetCollideBits(hosts_[lane], 1);
       // More of them than it takes to keep a tree.
       for (int i = 0; i < 8; ++i) rays_.push_back(rayIn(lane));
     }
@@ -287,6 +288,10 @@ class Lanes {
       dGeomSetCategoryBits(self.reported, here ? ~0ul : 0);
       dGeomSetCollideBits(self.reported, here ? ~0ul : 0);
     });
+    add("gets other upper bits", ball(), [](Visitor& self, bool here) {
+      dGeomSetCategoryBits(self.reported, kUpperBit * (here ? 3 : 4));
+      dGeomSetCollideBits(self.reported, kUpperBit * (here ? 3 : 4));
+    });
     add("grows", ball(),
         [](Visitor& self, bool here) { dGeomSphereSetRadius(self.reported, here ? 1 : 0); });
     add("is a number", ball(), [at = visitors.size()](Visitor& self, bool here) {
@@ -312,7 +317,7 @@ class Lanes {
 
   static dParallelSAPRay rayIn(std::size_t lane) {
     dParallelSAPRay ray = rayOf({xOf(true) + 0.3, laneOf(lane) + 0.25, 5}, {0, 0, -1}, 10);
-    ray.category_bits = ray.collide_bits = kRayBit;
+    ray.category_bits = ray.collide_bits = kRayBits;
     return ray;
   }
 

@@ -38,7 +38,7 @@ const Driver::Change Driver::kChanges[Driver::kNumChanges] = {
     {"resize", 1, &Driver::resize},
     {"give bodies to", 4, &Driver::giveBody},
     {"offset", 3, &Driver::changeOffset},
-    {"change bits of", 4, &Driver::changeBits},
+    {"change bits of", 6, &Driver::changeBits},
     {"enable or disable", 3, &Driver::changeEnabled},
     {"look at", 1, &Driver::lookAt},
     {"change unasked", 1, &Driver::changeUnasked},
@@ -150,8 +150,10 @@ void Driver::changeOffset(int object, std::size_t way, Random& random) {
 }
 
 void Driver::changeBits(int object, std::size_t way, Random& random) {
-  const unsigned long few = random.below(8), one = 1ul << random.below(8 * sizeof one);
-  const unsigned long bits = way == 0 ? ~0ul : way == 1 ? 0 : way == 2 ? few : one;
+  constexpr std::size_t count = 8 * sizeof(long);
+  const unsigned long few = random.below(8), one = 1ul << random.below(count);
+  const unsigned long ways[] = {~0ul, 0, few, few << (count - 24), one, ~one};
+  const unsigned long bits = ways[way];
   if (random.chance(0.7)) dGeomSetCategoryBits(objects_[object].geom, bits);
   if (random.chance(0.7)) dGeomSetCollideBits(objects_[object].geom, bits);
 }

@@ -143,8 +143,8 @@ dGeomID MovingScene::any() {
 
 unsigned long MovingScene::anyBits() {
   const unsigned long upper = 1ul << (8 * sizeof(unsigned long) - 24);
-  const auto lower = static_cast<unsigned long>(random_.below(8));
-  const unsigned long choices[] = {~0ul, ~0ul, 1ul << random_.below(3), lower, upper, ~upper};
+  const auto below = [this](std::size_t n) { return static_cast<unsigned long>(random_.below(n)); };
+  const unsigned long choices[] = {~0ul, ~0ul, 1ul << below(3), below(8), upper * below(8), ~upper};
   return choices[random_.below(6)];
 }
 
