@@ -39,7 +39,7 @@ void PairEvents::trackSlots() {
 }
 
 bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, const PackRules& rules,
-                        int threads, const Given* given) try {
+                        int threads) try {
   freeNumbers();
   const int team = teamFor(pairs.size() + previous_.pairs.size() + resting_.size(),
                            grains::passed_pairs, threads);
@@ -48,11 +48,6 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
       pairs, chunkOf(pairs.size(), chunk_pairs, team), previous_.pairs.begin(),
       previous_.pairs.end(), [this](Pair pair) { return inPreviousSlots(pair); }, spans_);
   changes_.resize(spans_.size());
-  given_ = given != nullptr;
-  if (given) {
-    std::swap(next_.numbers, given->numbers);
-    std::swap(next_.places, given->places);
-  }
   next_.resize(pairs.size());
   const PairRule rule(rules);
   {
@@ -62,7 +57,7 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
   }
   callAABBTests(geoms);
   previous_slots_.reserve(geoms.size());  // for trackSlots()
-  writeEvents(geoms, given);
+  writeEvents(geoms);
   std::swap(previous_, next_);
   std::swap(resting_, next_resting_);
   last_slots_ = geoms.size();
@@ -88,10 +83,14 @@ void PairEvents::updateUnknown() {
   has_events_ = false;
 }
 
-// The events of the last frame are over, and the numbers of its ended pairs free.
+// The events of the last frame are over, and the numbers of its ended pairs free. writeEvents() has
+// made room.
 void PairEvents::freeNumbers() {
-  if (!given_)
-    for (const Event& event : ended_) free_.give(event.number);
+  for (const Event& event : ended_)
+    if (free_.hasTouch(event.number))
+      outlived_.push_back(event);
+    else
+      free_.give(event.number);
   begun_.resizeDiscarding(0);
   ended_.resizeDiscarding(0);
 }
@@ -118,12 +117,18 @@ void PairEvents::listPreviousGeoms(const Buffer<dxGeom*>& geoms) {
 }
 
 // Of a pair that is not reported any more.
-PairEvents::State PairEvents::stateOf(Pair pair, const Buffer<dxGeom*>& geoms,
-                                      const PairRule& rule) const {
-  const dxGeom *const a = previousGeom(earlierOf(pair), geoms), *const b = previousGeom(
-                                                                    laterOf(pair), geoms);
+PairEvents::State PairEvents::stateOf(const dxGeom* a, const dxGeom* b, const PairRule& rule) {
   if (!a || !b || !rule.isLeftOutAtRest(a, b)) return State::ends;
   return hasAABBTest(a) || hasAABBTest(b) ? State::rests_by_aabb_tests : State::rests;
+}
+
+bool PairEvents::rests(dxGeom* a, dxGeom* b, const PackRules& rules) {
+  State state;
+  {
+    const ScopedMode mode(exactMode());
+    state = stateOf(a, b, PairRule(rules));
+  }
+  return state == State::rests || (state != State::ends && passesAABBTests(a, b));
 }
 
 // The first pair at rest that belongs to this span or a later one.
@@ -134,9 +139,27 @@ const PairEvents::Unreported* PairEvents::restingFrom(std::size_t span) const {
                           [](const Unreported& resting, Pair pair) { return resting.pair < pair; });
 }
 
+// Copies the numbers of pairs that are the same from two places on, and returns how many these are.
+std::size_t PairEvents::copyLasting(std::size_t place, std::size_t end, std::size_t previous,
+                                    std::size_t previous_end) {
+  const std::size_t most = std::min(end - place, previous_end - previous);
+  const Pair *const next = next_.pairs.data() + place, *const reported =
+                                                           previous_.pairs.data() + previous;
+  Number* const to = next_.numbers.data() + place;
+  const Number* const from = previous_.numbers.data() + previous;
+  std::size_t lasting = 0;
+  for (; lasting < most && next[lasting] == reported[lasting]; ++lasting)
+    to[lasting] = from[lasting];
+  return lasting;
+}
+
 // Copies the new pairs, and the numbers of pairs that last.
 void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const PairRule& rule) {
   const PairSpan& span = spans_[number];
+  const auto stateOf = [&](Pair pair) {
+    return PairEvents::stateOf(previousGeom(earlierOf(pair), geoms),
+                               previousGeom(laterOf(pair), geoms), rule);
+  };
   Changes& changes = changes_[number];
   changes.begun.resizeDiscarding(0);
   changes.unreported.resizeDiscarding(0);
@@ -148,22 +171,21 @@ void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const
   const Unreported* const resting_end = restingFrom(number + 1);
   while (place < end || previous < previous_end || resting < resting_end) {
     // Most pairs last, and rarely does any slot change or a pair rest.
-    if (!slots_changed_ && resting == resting_end)
-      for (; place < end && previous < previous_end &&
-             next_.pairs[place] == previous_.pairs[previous];
-           ++place, ++previous)
-        next_.numbers[place] = previous_.numbers[previous];
+    if (!slots_changed_ && resting == resting_end) {
+      const std::size_t lasting = copyLasting(place, end, previous, previous_end);
+      place += lasting;
+      previous += lasting;
+    }
     if (place == end && previous == previous_end && resting == resting_end) break;
     const Pair next = place < end ? inPreviousSlots(next_.pairs[place]) : ~Pair{0};
     const Pair reported = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
     const Pair rested = resting < resting_end ? resting->pair : ~Pair{0};
     if (rested < next && rested < reported) {
-      changes.unreported.push_back(
-          {rested, resting->place, resting->number, stateOf(rested, geoms, rule)});
+      changes.unreported.push_back({rested, resting->place, resting->number, stateOf(rested)});
       ++resting;
     } else if (reported < next) {
-      changes.unreported.push_back({reported, previous_.placeOf(previous),
-                                    previous_.numbers[previous], stateOf(reported, geoms, rule)});
+      changes.unreported.push_back(
+          {reported, previous, previous_.numbers[previous], stateOf(reported)});
       ++previous;
     } else if (next == reported) {
       next_.numbers[place] = previous_.numbers[previous];
@@ -189,17 +211,20 @@ void PairEvents::callAABBTests(const Buffer<dxGeom*>& geoms) {
 }
 
 // Allocates all memory before it takes the first number.
-void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms, const Given* given) {
-  std::size_t count_begun = 0, count_ended = 0, count_resting = 0;
+void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
+  std::size_t count_begun = 0, count_ended = 0, count_resting = 0, count_outlived = 0;
   for (const Changes& changes : changes_) {
     count_begun += changes.begun.size();
-    for (const Unreported& pair : changes.unreported)
+    for (const Unreported& pair : changes.unreported) {
       ++(pair.state == State::ends ? count_ended : count_resting);
+      count_outlived += pair.state == State::ends && free_.hasTouch(pair.number);
+    }
   }
-  begun_.reserve(count_begun + (given ? given->more_begun : 0));
-  ended_.reserve(count_ended + (given ? given->more_ended : 0));
+  outlived_.reserve(outlived_.size() + count_outlived);
+  begun_.reserve(count_begun);
+  ended_.reserve(count_ended);
   next_resting_.resizeDiscarding(count_resting);
-  if (!given) free_.reserve(count_begun);
+  free_.reserve(count_begun);
   begun_.resizeDiscarding(count_begun);
   ended_.resizeDiscarding(count_ended);
   Event *begun = begun_.data(), *ended = ended_.data();
@@ -207,9 +232,8 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms, const Given* given) {
   for (const Changes& changes : changes_) {
     for (const std::size_t place : changes.begun) {
       const Pair pair = next_.pairs[place];
-      if (!given) next_.numbers[place] = free_.take();
-      *begun++ = {geoms[earlierOf(pair)], geoms[laterOf(pair)], next_.placeOf(place),
-                  next_.numbers[place]};
+      next_.numbers[place] = free_.take();
+      *begun++ = {geoms[earlierOf(pair)], geoms[laterOf(pair)], place, next_.numbers[place]};
     }
     for (const Unreported& pair : changes.unreported) {
       // Null where a geom has left.

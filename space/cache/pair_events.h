@@ -18,7 +18,7 @@
 
 namespace ode_parallel_sap {
 
-// Numbers for pairs while they last: the lowest free ones first.
+// Numbers for pairs and touches while they last: the lowest free ones first.
 class PairNumbers {
  public:
   using Number = unsigned;
@@ -37,39 +37,24 @@ class PairNumbers {
     return lowest_;
   }
   void give(Number number) {
-    if (number < held_.words() * SlotSet::word_slots && held_.contains(number))
-      return ended_.insert(number);
     given_back_.insert(number);
     lowest_ = std::min(lowest_, number);
   }
-  // A pair's number is its touch's, too, and free when both have ended. reserveHeld() makes room to
-  // hold all that are taken, and throws std::bad_alloc; the others do not.
-  void reserveHeld() {
-    held_.growTo(unused_);
-    ended_.growTo(unused_);
-  }
-  void hold(Number number) { held_.insert(number); }
-  void drop(Number number) {
-    if (number >= held_.words() * SlotSet::word_slots || !held_.contains(number)) return;
-    held_.erase(number);
-    if (!ended_.contains(number)) return;
-    ended_.erase(number);
-    give(number);
-  }
-  void dropAll() {
-    held_.clear();
-    ended_.forEach([this](Number number) { give(number); });
-    ended_.clear();
-  }
+  // Room for touches of all pairs. Throws std::bad_alloc.
+  void reserveTouches() { touches_.growTo(unused_, 0); }
+  // The place of the touch of a pair, and 1 more; 0: it has none.
+  Number& touch(Number number) { return touches_[number]; }
+  bool hasTouch(Number number) const { return number < touches_.size() && touches_[number] != 0; }
+  void forgetTouches() { touches_.release(); }
   // Used numbers differ and are not free, and none below the lowest is free.
   void validate(std::vector<Number> used) const;
-  std::size_t bytes() const { return bytesOf(given_back_, held_, ended_); }
+  std::size_t bytes() const { return bytesOf(given_back_, touches_); }
 
  private:
-  SlotSet given_back_;    // the free ones below unused_
-  SlotSet held_, ended_;  // those of touches, and of these those whose pair has ended
-  Number lowest_ = 0;     // none below is free
-  Number unused_ = 0;     // from here on none was ever taken
+  SlotSet given_back_;      // the free ones below unused_
+  Buffer<Number> touches_;  // by number
+  Number lowest_ = 0;       // none below is free
+  Number unused_ = 0;       // from here on none was ever taken
 };
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
@@ -92,17 +77,10 @@ class PairEvents {
   // The slots are about to be closed up; null: no geom.
   void closeSlots(const Buffer<dxGeom*>& geoms);
 
-  // Places that the pairs have elsewhere, and numbers for those that begin, by place in this list.
-  // They are taken away. Room is made for more events.
-  struct Given {
-    Buffer<Number>& numbers;
-    Buffer<std::size_t>& places;
-    std::size_t more_begun, more_ended;
-  };
   // Compares the pairs of a frame with the previous pairs, and replaces these. Without memory it
   // returns false: the frame has no events, and the previous pairs stay for the next one.
   bool update(const PairList& pairs, const Buffer<dxGeom*>& geoms, const PackRules& rules,
-              int threads, const Given* given = nullptr);
+              int threads);
   // The same for a frame whose pairs are those of the last frame. Returns false, and changes
   // nothing, if that had no events or slots changed since.
   bool updateSame();
@@ -112,13 +90,21 @@ class PairEvents {
   // Of the last frame with events, both by place.
   const Buffer<Event>& begun() const { return begun_; }
   const Buffer<Event>& ended() const { return ended_; }
-  Buffer<Event>& begun() { return begun_; }
-  Buffer<Event>& ended() { return ended_; }
   bool hasEvents() const { return has_events_; }
   // The pairs of the last frame, by slots of then.
   const Buffer<Pair>& list() const { return previous_.pairs; }
-  // For pairs that are known elsewhere.
+  // For touches.
   PairNumbers& pool() { return free_; }
+  // Pairs that ended in earlier frames while their touches lasted. Their numbers are not given
+  // back.
+  Buffer<Event>& outlived() { return outlived_; }
+  void forgetTouches() {
+    for (const Event& event : outlived_) free_.give(event.number);
+    outlived_.release();
+    free_.forgetTouches();
+  }
+  // Whether a pair is left out only because it rests.
+  static bool rests(dxGeom* a, dxGeom* b, const PackRules& rules);
   // By place; of no pair if the last frame had no events.
   const Number* numbers() const { return previous_.numbers.data(); }
   std::size_t pairs() const { return has_events_ ? previous_.pairs.size() : 0; }
@@ -131,20 +117,18 @@ class PairEvents {
   void release();
   std::size_t bytes() const {
     return bytesOf(previous_, next_, resting_, next_resting_, previous_slots_, free_, begun_,
-                   ended_, previous_geoms_, spans_, changes_);
+                   ended_, outlived_, previous_geoms_, spans_, changes_);
   }
 
  private:
   struct NumberedPairs {
     Buffer<Pair> pairs;
     Buffer<Number> numbers;
-    Buffer<std::size_t> places;  // if they are given
     void resize(std::size_t size) {
       pairs.resizeDiscarding(size);
       numbers.resizeDiscarding(size);
     }
-    std::size_t placeOf(std::size_t i) const { return places.size() ? places[i] : i; }
-    std::size_t bytes() const { return bytesOf(pairs, numbers, places); }
+    std::size_t bytes() const { return bytesOf(pairs, numbers); }
   };
   // A pair that the next frame does not report.
   enum class State : unsigned char { ends, rests, rests_by_aabb_tests };
@@ -169,18 +153,19 @@ class PairEvents {
   dxGeom* previousGeom(Slot slot, const Buffer<dxGeom*>& geoms) const {
     return (slots_changed_ ? previous_geoms_ : geoms)[slot];
   }
-  State stateOf(Pair pair, const Buffer<dxGeom*>& geoms, const PairRule& rule) const;
+  static State stateOf(const dxGeom* a, const dxGeom* b, const PairRule& rule);
   const Unreported* restingFrom(std::size_t span) const;
+  std::size_t copyLasting(std::size_t place, std::size_t end, std::size_t previous,
+                          std::size_t previous_end);
   void compare(std::size_t span, const Buffer<dxGeom*>& geoms, const PairRule& rule);
   void callAABBTests(const Buffer<dxGeom*>& geoms);
-  void writeEvents(const Buffer<dxGeom*>& geoms, const Given* given);
+  void writeEvents(const Buffer<dxGeom*>& geoms);
 
   bool has_events_ = false;  // the last frame
-  bool given_ = false;       // numbers and places are
   NumberedPairs previous_, next_;
   Buffer<Unreported> resting_, next_resting_;  // ascending
   PairNumbers free_;
-  Buffer<Event> begun_, ended_;
+  Buffer<Event> begun_, ended_, outlived_;
 
   // If slots changed since the previous pairs: by slot of now its geom's slot then, or no_slot.
   static constexpr Slot no_slot = ~Slot{0};

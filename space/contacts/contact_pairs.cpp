@@ -31,6 +31,7 @@ void ContactPairs::addSpace(dGeomID o1, dGeomID o2) {
 void ContactPairs::add(dGeomID o1, dGeomID o2) {
   if (failure_) return;
   if (depth_ == 0) top_ = makePair(Slots::slotOf(o1), Slots::slotOf(o2));
+  if (depth_ == 0 && firsts_) noteFirst();
   if (IS_SPACE(o1) || IS_SPACE(o2)) {
     addSpace(o1, o2);
     if (failure_ && depth_ == 0) std::rethrow_exception(failure_);
@@ -58,6 +59,13 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
     if (depth_ == 0) throw;
     failure_ = std::current_exception();
   }
+}
+
+// Without memory there are none.
+void ContactPairs::noteFirst() try {
+  firsts_->push_back(list_.size());
+} catch (const std::bad_alloc&) {
+  is_complete_ = false;
 }
 
 void ContactPairs::add(const PairList& pairs, bool spaces, int threads) {

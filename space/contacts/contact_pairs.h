@@ -12,12 +12,14 @@ namespace ode_parallel_sap {
 
 class ContactPairs {
  public:
-  // They are put into `list`, and `slots` gets those from which they come.
+  // They are put into `list`, and `slots` gets those from which they come. `firsts`, if any, gets
+  // the place of the first one that each pair of the scene is or brings.
   ContactPairs(const ContactRequest& request, const Scene& scene, Buffer<dParallelSAPPair>& list,
-               Buffer<Pair>& slots)
-      : request_(request), scene_(scene), list_(list), slots_(slots) {
+               Buffer<Pair>& slots, Buffer<std::size_t>* firsts)
+      : request_(request), scene_(scene), list_(list), slots_(slots), firsts_(firsts) {
     list_.resizeDiscarding(0);
     slots_.resizeDiscarding(0);
+    if (firsts_) firsts_->resizeDiscarding(0);
   }
 
   // Adds a pair, or in the place of one with a space what the request wants collided then.
@@ -29,16 +31,18 @@ class ContactPairs {
   void add(const PairList& pairs, bool spaces, int threads);
 
   const Buffer<dParallelSAPPair>& list() const { return list_; }
-  // Whether none was reported already.
+  // Whether none was reported already, and all firsts are known.
   bool isComplete() const { return is_complete_; }
-  // The pair of slots behind each pair of the list; empty if that is the pairs of the scene.
-  const Buffer<Pair>& slots() const { return slots_; }
+  // Whether the list is the pairs of the scene; if not, firsts() has the places of these.
+  bool isOfScene() const { return cursor_.has_value(); }
+  const Buffer<std::size_t>& firsts() const { return *firsts_; }
   const Scene& scene() const { return scene_; }
   // Whether both geoms of the pair at a place, no less than in any call before, are still there.
   bool stays(std::size_t place);
 
  private:
   void addSpace(dGeomID o1, dGeomID o2);
+  void noteFirst();
   Slot slotOf(const dxGeom* geom) const;
   bool stays(const dParallelSAPPair& pair, Pair slots) const;
 
@@ -46,6 +50,7 @@ class ContactPairs {
   const Scene& scene_;
   Buffer<dParallelSAPPair>& list_;
   Buffer<Pair>& slots_;
+  Buffer<std::size_t>* const firsts_;
   std::optional<PairCursor> cursor_;  // in the pairs of the scene, if they are the list
   Pair top_ = 0;                      // the pair of the scene that is added
   bool is_complete_ = true;

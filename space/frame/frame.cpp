@@ -98,7 +98,8 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   statistics_.beginFrame();
   beginTouches(call, /*contacts=*/true);
   Frame frame = {call, decide(call)};
-  ContactPairs pairs(request, call.scene, lists.contact_pairs, lists.contact_slots);
+  ContactPairs pairs(request, call.scene, lists.contact_pairs, lists.contact_slots,
+                     touches_ && !call.scene.nested ? &lists.contact_firsts : nullptr);
   const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr, false};
   if (isSmall(call)) {
     frame.clock.begin(Stage::extract);
@@ -298,7 +299,7 @@ void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const Narr
   if (!touches_ || frame.call.scene.nested) return;
   frame.clock.begin(Stage::events);
   if (!events_->hasEvents() || !pairs.isComplete() ||
-      !touches_->update(pairs, found, *events_, frame.plan.rules, frame.plan.threads))
+      !touches_->update(pairs, found, *events_, frame.plan.rules))
     complaints_.ofUnreportedEvents();
 }
 
@@ -399,7 +400,6 @@ void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
   if (stages_) stages_->cache.stop();
   if (last_stage_) last_stage_->noteNewSlots();
   if (events_) events_->closeSlots(geoms);
-  if (touches_) touches_->closeSlots(geoms);
 }
 
 void Pipeline::release(int part, FrameLists& lists) {

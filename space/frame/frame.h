@@ -29,12 +29,14 @@ struct LargeLists {
   PairList selected;    // those of them that are reported, if not all are
   Buffer<dParallelSAPPair> contact_pairs;
   Buffer<Pair> contact_slots;  // of these or the spaces that they are in, if any is in one
+  Buffer<std::size_t> contact_firsts;
   NarrowPhase narrow_phase;
   const Pair* limit = nullptr;  // of reportPairs()
   Buffer<Pair> last_resort;     // of collideWithoutMemory()
 
   std::size_t bytes() const {
-    return bytesOf(candidates, selected, contact_pairs, contact_slots, narrow_phase, last_resort);
+    return bytesOf(candidates, selected, contact_pairs, contact_slots, contact_firsts, narrow_phase,
+                   last_resort);
   }
 };
 
@@ -127,7 +129,6 @@ class Pipeline {
     complaints_.forget(geom);
     TouchEvents::forget(geom);
     if (events_) events_->removeGeom(slot);
-    if (touches_) touches_->removeGeom(slot);
   }
   // The slots of these geoms are about to be closed up.
   void closeSlots(const Buffer<dxGeom*>& geoms);

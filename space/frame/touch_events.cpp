@@ -1,23 +1,46 @@
 #include "space/frame/touch_events.h"
 
 #include <algorithm>
-#include <functional>
 #include <new>
 #include <utility>
 
 namespace ode_parallel_sap {
 
+namespace {
+
+std::size_t powerOfTwoFrom(std::size_t least) {
+  std::size_t size = 1;
+  while (size < least) size *= 2;
+  return size;
+}
+
+// fixed: any odd number with bits all over
+std::size_t hashOf(std::uintptr_t bits) {
+  const std::uint64_t hash = (bits >> 4) * 0x9e3779b97f4a7c15u;
+  return hash ^ hash >> 32;
+}
+
+void sortByPlace(Buffer<PairEvents::Event>& events) {
+  const auto isBefore = [](const PairEvents::Event& a, const PairEvents::Event& b) {
+    return a.place < b.place;
+  };
+  if (!std::is_sorted(events.begin(), events.end(), isBefore))
+    std::stable_sort(events.begin(), events.end(), isBefore);
+}
+
+}  // namespace
+
 void TouchEvents::beginFrame(PairEvents& pairs, bool contacts) {
-  for (const PairEvents::Event& event : direct_.ended()) pairs.pool().drop(event.number);
+  begun_.resizeDiscarding(0);
+  ended_.resizeDiscarding(0);
   giveBack(next_within_, pairs.pool(), /*all=*/false);
-  direct_.updateUnknown();
   no_contacts_ = !contacts;
 }
 
 void TouchEvents::end(PairEvents& pairs) {
-  pairs.pool().dropAll();
   giveBack(next_within_, pairs.pool(), /*all=*/false);
   giveBack(within_, pairs.pool(), /*all=*/true);
+  pairs.forgetTouches();
 }
 
 void TouchEvents::giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all) {
@@ -27,78 +50,37 @@ void TouchEvents::giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all)
 }
 
 bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-                         const PackRules& rules, int threads) try {
+                         const PackRules& rules) try {
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
-  list(contacts, found, pairs);
   chooseBit(geoms);
-  match();
-  if (ended_) findPresent(geoms);
-  pairs.pool().reserve(begun_);
-  pairs.pool().reserveHeld();
-  const PairEvents::Given given = {numbers_, places_, begun_, ended_};
-  if (!direct_.update(pairs_, geoms, rules, threads, &given)) throw std::bad_alloc();
-  for (const PairEvents::Event& event : direct_.begun()) pairs.pool().hold(event.number);
+  takeOutlived(pairs);
+  pairs.pool().reserveTouches();
+  before_.resizeDiscarding(pairs.pairs());
+  changed_.resizeDiscarding(pairs.pairs());
+  listTouches(contacts, found, pairs);
+  noteTouches(contacts, found, pairs);
+  try {
+    if (outlive_) listAgain(geoms, pairs);
+    match(pairs.pool());
+    findEnded(geoms, rules);
+    std::size_t ended = changed_.size() + ended_within_;
+    for (const PairEvents::Event& pair : pairs.ended()) ended += pairs.pool().hasTouch(pair.number);
+    begun_.reserve(changed_.size() + begun_within_);
+    ended_.reserve(ended);
+    pairs.pool().reserve(begun_within_);
+  } catch (const std::bad_alloc&) {
+    for (std::size_t place = 0; place < pairs.pairs(); ++place)
+      pairs.pool().touch(pairs.numbers()[place]) = before_[place];
+    throw;
+  }
+  writeOwn(geoms, pairs);
   writeWithin(pairs.pool());
+  sortByPlace(begun_);
+  sortByPlace(ended_);
   return true;
 } catch (const std::bad_alloc&) {
   next_within_.resizeDiscarding(0);
   return false;
-}
-
-// The pairs that touch, in their order. Those with geoms in sub-spaces stand in the list in the
-// place of the pair of spaces.
-void TouchEvents::list(const ContactPairs& contacts, const NarrowPhase& found,
-                       const PairEvents& pairs) {
-  const Buffer<dxGeom*>& geoms = contacts.scene().slots;
-  const Buffer<dParallelSAPPair>& list = contacts.list();
-  const Buffer<Pair>& slots = contacts.slots();  // empty: the list is that of the pairs
-  const Buffer<Pair>& all = pairs.list();
-  pairs_.clear(1);
-  Buffer<Pair>& touching = pairs_.parts[0];
-  touching.resizeDiscarding(list.size());
-  numbers_.resizeDiscarding(list.size());
-  places_.resizeDiscarding(list.size());
-  next_within_.resizeDiscarding(0);
-  std::size_t place = 0, touches = 0;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (!found.touches(i)) continue;
-    if (slots.size() == 0) {
-      place = i;
-    } else {
-      const auto [o1, o2] = list[i];
-      const Slot a = earlierOf(slots[i]), b = laterOf(slots[i]);
-      const Pair pair = makePair(std::min(a, b), std::max(a, b));
-      while (place < all.size() && all[place] < pair) ++place;
-      if (place == all.size() || all[place] != pair || geoms[earlierOf(pair)] != o1 ||
-          geoms[laterOf(pair)] != o2) {
-        next_within_.push_back({o1, o2, place, 0, false});
-        continue;
-      }
-    }
-    touching[touches] = all[place];
-    numbers_[touches] = pairs.numbers()[place];
-    places_[touches++] = place;
-  }
-  touching.resize(touches);
-  pairs_.addParts(/*decided=*/true);
-  numbers_.resize(touches);
-  places_.resize(touches);
-}
-
-// The entry of the touch of two geoms, in any order, or a free one. Entries count from 1, first the
-// touches of the last frame, then those of this one.
-std::uint32_t& TouchEvents::entryOf(const dxGeom* o1, const dxGeom* o2) {
-  const auto bits = [](const dxGeom* geom) { return reinterpret_cast<std::uintptr_t>(geom) >> 4; };
-  // fixed: any odd number with bits all over
-  std::uint64_t hash = (bits(o1) ^ bits(o2)) * 0x9e3779b97f4a7c15u + bits(o1) + bits(o2);
-  hash ^= hash >> 32;
-  const std::size_t last = within_.size();
-  for (std::size_t at = hash;; ++at) {
-    std::uint32_t& entry = table_[at & (table_.size() - 1)];
-    if (entry == 0) return entry;
-    const Within& touch = entry <= last ? within_[entry - 1] : next_within_[entry - 1 - last];
-    if ((touch.o1 == o1 && touch.o2 == o2) || (touch.o1 == o2 && touch.o2 == o1)) return entry;
-  }
 }
 
 // By how deep the space is in others.
@@ -112,98 +94,214 @@ void TouchEvents::chooseBit(const Buffer<dxGeom*>& geoms) {
   touching_ = lowest_touching << depth % 4;
 }
 
-// Finds which touches in sub-spaces last. One that the program's callback added twice counts once.
-// A geom without the flag is another one than that of its address in the last frame.
-void TouchEvents::match() {
-  begun_ = ended_ = 0;
-  if (within_.size() + next_within_.size() == 0) return;
-  std::size_t size = 1;
-  while (size < 2 * (within_.size() + next_within_.size())) size *= 2;
-  table_.resizeDiscarding(size);
-  std::fill(table_.begin(), table_.end(), 0);
-  std::uint32_t entries = 0;
-  for (Within& touch : within_) {
-    entryOf(touch.o1, touch.o2) = ++entries;
-    touch.lasts = false;
+void TouchEvents::takeOutlived(PairEvents& pairs) {
+  Buffer<PairEvents::Event>& outlived = pairs.outlived();
+  within_.reserve(within_.size() + outlived.size());
+  for (const PairEvents::Event& pair : outlived) {
+    Number& touch = pairs.pool().touch(pair.number);
+    within_.push_back({pair.o1, pair.o2, touch - 1, pair.number, false, true});
+    touch = 0;
+    outlive_ = true;
   }
+  outlived.resizeDiscarding(0);
+}
+
+// Leaves in next_within_ what touches in sub-spaces, in before_ whether own pairs touch, for now.
+void TouchEvents::listTouches(const ContactPairs& contacts, const NarrowPhase& found,
+                              const PairEvents& pairs) {
+  next_within_.resizeDiscarding(0);
+  if (contacts.isOfScene()) return;
+  const Buffer<dxGeom*>& geoms = contacts.scene().slots;
+  const Buffer<dParallelSAPPair>& list = contacts.list();
+  const Buffer<std::size_t>& firsts = contacts.firsts();
+  for (std::size_t place = 0; place < firsts.size(); ++place) {
+    const std::size_t begin = firsts[place];
+    const std::size_t end = place + 1 < firsts.size() ? firsts[place + 1] : list.size();
+    const Pair pair = pairs.list()[place];
+    const bool is_own = end == begin + 1 && list[begin].o1 == geoms[earlierOf(pair)] &&
+                        list[begin].o2 == geoms[laterOf(pair)];
+    before_[place] = is_own && found.touches(begin);
+    for (std::size_t i = is_own ? end : begin; i < end; ++i)
+      if (found.touches(i))
+        next_within_.push_back({list[i].o1, list[i].o2, place, 0, false, false});
+  }
+}
+
+// Of own pairs. Few change, so the loop has no branch.
+void TouchEvents::noteTouches(const ContactPairs& contacts, const NarrowPhase& found,
+                              PairEvents& pairs) {
+  const Number* const numbers = pairs.numbers();
+  Number *const touches = &pairs.pool().touch(0), *const before = before_.data(),
+                *const changed = changed_.data();
+  const Number count = static_cast<Number>(pairs.pairs());
+  std::size_t changes = 0;
+  const auto note = [=, &changes](Number place, bool is) {
+    const Number was = touches[numbers[place]];
+    before[place] = was;
+    touches[numbers[place]] = (place + 1) * is;
+    changed[changes] = place;
+    changes += is ^ (was != 0);
+  };
+  if (contacts.isOfScene())
+    for (Number place = 0; place < count; ++place) note(place, found.touches(place));
+  else
+    for (Number place = 0; place < count; ++place) note(place, before[place] != 0);
+  changed_.resize(changes);
+}
+
+// Adds pairs that touch and did not: their touches may have outlived the pairs that they were.
+void TouchEvents::listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
+  for (const Number place : changed_) {
+    if (before_[place]) continue;
+    const Pair pair = pairs.list()[place];
+    next_within_.push_back(
+        {geoms[earlierOf(pair)], geoms[laterOf(pair)], place, pairs.numbers()[place], false, true});
+  }
+}
+
+// Finds which touches of next_within_ last: most in the order of the last frame, others by the
+// table. One that the program's callback added twice counts once. A geom without the flag is
+// another one than that of its address in the last frame.
+void TouchEvents::match(PairNumbers& pool) {
+  for (Within& touch : within_) touch.lasts = false;
+  table_.resizeDiscarding(0);
+  begun_within_ = 0;
   const std::size_t last = within_.size();
-  std::size_t kept = 0;
-  for (const Within& found : next_within_) {
-    std::uint32_t& entry = entryOf(found.o1, found.o2);
-    if (entry > last) continue;
-    Within touch = found;
-    if (entry && found.o1->gflags & found.o2->gflags & touching_) {
-      Within& before = within_[entry - 1];
-      before.lasts = touch.lasts = true;
-      touch.number = before.number;
+  std::size_t next = 0, kept = 0;
+  for (Within touch : next_within_) {
+    const bool is_known = (touch.o1->gflags & touch.o2->gflags & touching_) != 0;
+    const auto isSame = [&](const Within& before) {
+      return is_known && before.isOf(touch.o1, touch.o2) && before.outlives == touch.outlives;
+    };
+    if (next == last || !isSame(within_[next])) {
+      std::uint32_t& entry = entryOf(touch.o1, touch.o2);
+      if (entry > last) continue;
+      if (entry == 0 || !isSame(within_[entry - 1])) {
+        if (touch.outlives) continue;
+        ++begun_within_;
+        next_within_[kept++] = touch;
+        entry = static_cast<std::uint32_t>(last + kept);
+        continue;
+      }
+      next = entry - 1;
     }
-    begun_ += !touch.lasts;
+    Within& before = within_[next++];
+    if (before.lasts) continue;
+    if (touch.outlives) pool.touch(touch.number) = 0;
+    before.lasts = touch.lasts = true;
+    touch.number = before.number;
     next_within_[kept++] = touch;
-    entry = ++entries;
   }
   next_within_.resize(kept);
-  ended_ = static_cast<std::size_t>(
-      std::count_if(within_.begin(), within_.end(), [](const Within& t) { return !t.lasts; }));
 }
 
-// Leaves in present_ the geoms of ended touches that are still in the space. No other is read.
-void TouchEvents::findPresent(const Buffer<dxGeom*>& geoms) {
-  left_.resizeDiscarding(0);
-  for (const Within& touch : within_)
-    if (!touch.lasts) {
-      left_.push_back(touch.o1);
-      left_.push_back(touch.o2);
+// The entry of the touch of two geoms, in any order, or a free one. Entries count from 1, first the
+// touches of the last frame, then those that begin in this one.
+std::uint32_t& TouchEvents::entryOf(const dxGeom* o1, const dxGeom* o2) {
+  const auto bits = [](const dxGeom* geom) { return reinterpret_cast<std::uintptr_t>(geom); };
+  const std::size_t last = within_.size();
+  const auto find = [&](const dxGeom* a, const dxGeom* b) -> std::uint32_t& {
+    for (std::size_t at = hashOf(bits(a) ^ bits(b)) + bits(a) + bits(b);; ++at) {
+      std::uint32_t& entry = table_[at & (table_.size() - 1)];
+      if (entry == 0) return entry;
+      const Within& touch = entry <= last ? within_[entry - 1] : next_within_[entry - 1 - last];
+      if (touch.isOf(a, b)) return entry;
     }
-  std::sort(left_.begin(), left_.end(), std::less<dxGeom*>());
-  present_.resizeDiscarding(0);
-  for (dxGeom* const geom : geoms)
-    if (geom) notePresent(geom);
-  std::sort(present_.begin(), present_.end(), std::less<dxGeom*>());
+  };
+  if (table_.size() == 0) {
+    table_.resizeDiscarding(powerOfTwoFrom(last + next_within_.size() + 1));
+    std::fill(table_.begin(), table_.end(), 0);
+    for (std::uint32_t i = 0; i < last; ++i) find(within_[i].o1, within_[i].o2) = i + 1;
+  }
+  return find(o1, o2);
 }
 
-void TouchEvents::notePresent(dxGeom* geom) {
-  if (IS_SPACE(geom))
-    for (dxGeom* own = static_cast<dxSpace*>(geom)->first; own; own = own->next) notePresent(own);
-  else if (geom->gflags & touching_ &&
-           std::binary_search(left_.begin(), left_.end(), geom, std::less<dxGeom*>()))
-    present_.push_back(geom);
+// Of touches that did not last: which geoms are still there; no other is read. Those whose pair
+// rests last after all.
+void TouchEvents::findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules) {
+  ended_within_ = static_cast<std::size_t>(
+      std::count_if(within_.begin(), within_.end(), [](const Within& t) { return !t.lasts; }));
+  if (ended_within_ == 0) return;
+  left_.resizeDiscarding(powerOfTwoFrom(4 * ended_within_));
+  std::fill(left_.begin(), left_.end(), 0);
+  for (const Within& touch : within_)
+    if (!touch.lasts)
+      for (const dxGeom* const geom : {touch.o1, touch.o2})
+        leftOf(geom) = reinterpret_cast<std::uintptr_t>(geom);
+  for (dxGeom* const geom : geoms)
+    if (geom) markPresent(geom);
+  for (Within& touch : within_) {
+    if (touch.lasts || !touch.outlives || !ifPresent(touch.o1) || !ifPresent(touch.o2) ||
+        !PairEvents::rests(touch.o1, touch.o2, rules))
+      continue;
+    touch.lasts = true;
+    --ended_within_;
+    next_within_.push_back(touch);
+  }
+}
+
+void TouchEvents::markPresent(dxGeom* geom) {
+  if (IS_SPACE(geom)) {
+    for (dxGeom* own = static_cast<dxSpace*>(geom)->first; own; own = own->next) markPresent(own);
+  } else if (geom->gflags & touching_) {
+    std::uintptr_t& left = leftOf(geom);
+    left |= left ? present : 0;
+  }
+}
+
+// Where a geom is in left_, or would be.
+std::uintptr_t& TouchEvents::leftOf(const dxGeom* geom) {
+  const std::uintptr_t bits = reinterpret_cast<std::uintptr_t>(geom);
+  for (std::size_t at = hashOf(bits);; ++at) {
+    std::uintptr_t& left = left_[at & (left_.size() - 1)];
+    if (left == 0 || (left & ~present) == bits) return left;
+  }
 }
 
 // There is room for all events and numbers.
+void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
+  for (const Number place : changed_) {
+    const Number number = pairs.numbers()[place], before = before_[place];
+    if (before == 0 && !pairs.pool().hasTouch(number)) continue;  // it outlived its pair
+    dxGeom *const o1 = geoms[earlierOf(pairs.list()[place])],
+                  *const o2 = geoms[laterOf(pairs.list()[place])];
+    if (before) {
+      ended_.push_back({o1, o2, before - 1, number});
+    } else {
+      begun_.push_back({o1, o2, place, number});
+      note(o1, o2);
+    }
+  }
+  for (const PairEvents::Event& pair : pairs.ended()) {
+    if (!pairs.pool().hasTouch(pair.number)) continue;
+    Number& touch = pairs.pool().touch(pair.number);
+    ended_.push_back({pair.o1, pair.o2, touch - 1, pair.number});
+    touch = 0;
+  }
+}
+
 void TouchEvents::writeWithin(PairNumbers& pool) {
-  Buffer<PairEvents::Event>&begun = direct_.begun(), &ended = direct_.ended();
-  const std::size_t direct_begun = begun.size(), direct_ended = ended.size();
-  const auto ifPresent = [this](dxGeom* geom) {
-    const bool is =
-        std::binary_search(present_.begin(), present_.end(), geom, std::less<dxGeom*>());
-    return is ? geom : nullptr;
-  };
   for (const Within& touch : within_)
     if (!touch.lasts)
-      ended.push_back({ifPresent(touch.o1), ifPresent(touch.o2), touch.place, touch.number});
+      ended_.push_back({ifPresent(touch.o1), ifPresent(touch.o2), touch.place, touch.number});
+  outlive_ = false;
   for (Within& touch : next_within_) {
-    touch.o1->gflags |= touching_;
-    touch.o2->gflags |= touching_;
+    outlive_ = outlive_ || touch.outlives;
     if (touch.lasts) continue;
     touch.number = pool.take();
-    begun.push_back({touch.o1, touch.o2, touch.place, touch.number});
+    begun_.push_back({touch.o1, touch.o2, touch.place, touch.number});
+    note(touch.o1, touch.o2);
   }
-  const auto isBefore = [](const PairEvents::Event& a, const PairEvents::Event& b) {
-    return a.place < b.place;
-  };
-  std::inplace_merge(begun.begin(), begun.begin() + direct_begun, begun.end(), isBefore);
-  std::inplace_merge(ended.begin(), ended.begin() + direct_ended, ended.end(), isBefore);
   std::swap(within_, next_within_);
 }
 
 void TouchEvents::release() {
-  direct_.release();
-  pairs_ = PairList();
-  numbers_.release();
-  places_.release();
+  begun_.release();
+  ended_.release();
+  before_.release();
+  changed_.release();
   table_.release();
   left_.release();
-  present_.release();
 }
 
 }  // namespace ode_parallel_sap

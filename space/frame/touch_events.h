@@ -17,9 +17,10 @@
 
 namespace ode_parallel_sap {
 
-// Touches of two geoms of the space itself are some of its pairs: PairEvents compares them, with
-// numbers and places of the pairs. Touches of geoms in sub-spaces are found by a table of their
-// addresses. They have numbers of the same pool of their own, and the place of the pair of spaces.
+// A touch of two geoms of the space itself belongs to their pair: PairNumbers knows its place by
+// the pair's number. Other touches are told apart by their geoms, in a list in the order of the
+// last frame: those of geoms in sub-spaces, which have numbers of the same pool of their own and
+// the place of the pair of spaces, and those that outlived their pair, as another collide ended it.
 class TouchEvents {
  public:
   // A frame begins, one with `contacts` or another one. The numbers of what ended are free.
@@ -27,58 +28,71 @@ class TouchEvents {
   // Compares what the narrow phase found with the touches of the last such frame. `pairs`: those of
   // this frame. False without memory: the touches stay for the next frame.
   bool update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-              const PackRules& rules, int threads);
+              const PackRules& rules);
   // No more frames come.
   void end(PairEvents& pairs);
 
-  void removeGeom(Slot slot) { direct_.removeGeom(slot); }
-  void closeSlots(const Buffer<dxGeom*>& geoms) { direct_.closeSlots(geoms); }
   // The geom leaves a space: at its address another one may come.
   static void forget(dxGeom* geom) { geom->gflags &= ~(nested_spaces * lowest_touching); }
 
-  const Buffer<PairEvents::Event>& begun() const { return direct_.begun(); }
-  const Buffer<PairEvents::Event>& ended() const { return direct_.ended(); }
+  const Buffer<PairEvents::Event>& begun() const { return begun_; }
+  const Buffer<PairEvents::Event>& ended() const { return ended_; }
   // Whether the last frame had no contacts.
   bool lastHadNoContacts() const { return no_contacts_; }
 
   void release();
   std::size_t bytes() const {
-    return bytesOf(direct_, pairs_, numbers_, places_, within_, next_within_, table_, left_,
-                   present_);
+    return bytesOf(begun_, ended_, changed_, before_, within_, next_within_, table_, left_);
   }
 
  private:
-  // fixed: in gflags, where ODE uses the lower bits. Geoms in sub-spaces that a space has seen to
-  // touch have its bit: one of four, so that spaces in spaces have their own.
+  using Number = PairEvents::Number;
+  // fixed: in gflags, where ODE uses the lower bits. Geoms that a space has seen to touch have its
+  // bit: one of four, so that spaces in spaces have their own.
   static constexpr int lowest_touching = 1 << 20, nested_spaces = 15;
 
-  // A touch with a geom in a sub-space.
+  // A touch that is no pair's.
   struct Within {
     dxGeom *o1, *o2;
     std::size_t place;
-    PairEvents::Number number;
-    bool lasts;  // into the next frame, or since the last one
+    Number number;
+    bool lasts;     // into the next frame, or since the last one
+    bool outlives;  // its pair, if this began again
+    bool isOf(const dxGeom* a, const dxGeom* b) const {
+      return (o1 == a && o2 == b) || (o1 == b && o2 == a);
+    }
   };
 
-  void list(const ContactPairs& contacts, const NarrowPhase& found, const PairEvents& pairs);
   void chooseBit(const Buffer<dxGeom*>& geoms);
-  void match();
+  void takeOutlived(PairEvents& pairs);
+  void listTouches(const ContactPairs& contacts, const NarrowPhase& found, const PairEvents& pairs);
+  void noteTouches(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs);
+  void listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
+  void match(PairNumbers& pool);
   std::uint32_t& entryOf(const dxGeom* o1, const dxGeom* o2);
-  void findPresent(const Buffer<dxGeom*>& geoms);
-  void notePresent(dxGeom* geom);
+  void findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules);
+  void markPresent(dxGeom* geom);
+  std::uintptr_t& leftOf(const dxGeom* geom);
+  dxGeom* ifPresent(dxGeom* geom) { return leftOf(geom) & present ? geom : nullptr; }
+  void writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
   void writeWithin(PairNumbers& pool);
+  void note(dxGeom* o1, dxGeom* o2) {
+    o1->gflags |= touching_;
+    o2->gflags |= touching_;
+  }
   static void giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all);
 
-  PairEvents direct_;
-  PairList pairs_;  // that touch, with their numbers and places
-  Buffer<PairEvents::Number> numbers_;
-  Buffer<std::size_t> places_;
-
+  Buffer<PairEvents::Event> begun_, ended_;
+  // Of the space's own pairs, by place: their touches before; and the places of those that changed.
+  Buffer<Number> before_, changed_;
   Buffer<Within> within_, next_within_;  // between two updates, next_within_ holds the last ones
-  Buffer<std::uint32_t> table_;          // of touches, by their geoms
-  int touching_ = lowest_touching;       // the bit of this space
-  std::size_t begun_ = 0, ended_ = 0;    // of next_within_ and within_, in an update
-  Buffer<dxGeom*> left_, present_;       // geoms of touches that ended; those that are still there
+  bool outlive_ = false;                 // any of within_
+  Buffer<std::uint32_t> table_;          // of touches within, by their geoms
+  std::size_t begun_within_ = 0, ended_within_ = 0;
+  int touching_ = lowest_touching;  // the bit of this space
+  // Addresses of geoms whose touches ended, by their hash; with the bit if they are in the space.
+  static constexpr std::uintptr_t present = 1;
+  Buffer<std::uintptr_t> left_;
   bool no_contacts_ = false;
 };
 

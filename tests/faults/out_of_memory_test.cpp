@@ -11,6 +11,7 @@
 #include <cstring>
 #include <ctime>
 #include <limits>
+#include <map>
 #include <new>
 #include <string>
 #include <vector>
@@ -213,6 +214,34 @@ class Report {
   std::atomic<std::size_t> size_{0};
 };
 
+// What a space has told of its pairs or touches: those that last, by their numbers.
+class Followed {
+ public:
+  // "" or which event cannot be, after those before.
+  std::string follow(const Events& begun, const Events& ended) {
+    for (const Event& event : ended) {
+      const auto known = lasting_.find(event.number);
+      if (known == lasting_.end()) return "what ended had not begun";
+      if ((event.o1 && number(event.o1) != known->second.first) ||
+          (event.o2 && number(event.o2) != known->second.second))
+        return "what ended were other geoms";
+    }
+    for (const Event& event : begun)
+      if (!lasting_.emplace(event.number, Pair(number(event.o1), number(event.o2))).second)
+        return "two have one number";
+    for (const Event& event : ended) lasting_.erase(event.number);
+    return "";
+  }
+  Pairs lasting() const {
+    Pairs pairs;
+    for (const auto& [number, pair] : lasting_) pairs.push_back(pair);
+    return asSet(pairs);
+  }
+
+ private:
+  std::map<unsigned, Pair> lasting_;
+};
+
 // A scene that changes and is asked in many ways. Of one seed it is the same with failures and
 // without.
 class AskedScene : public MovingScene {
@@ -225,7 +254,7 @@ class AskedScene : public MovingScene {
         far_(kindsOf(seed).offset),
         wild_(kindsOf(seed).wild) {
     dParallelSAPSpaceSetNumThreads(space(), random_.chance(0.5) ? 1 : 3);
-    dParallelSAPSpaceSetEvents(space(), random_.chance(0.5));
+    dParallelSAPSpaceSetEvents(space(), static_cast<int>(random_.below(4)));
     dParallelSAPSpaceSetCullPlanes(space(), random_.chance(0.5));
     dParallelSAPSpaceSetSkipStatic(space(), random_.chance(0.3));
     dParallelSAPSpaceSetSkipAsleep(space(), random_.chance(0.3));
@@ -246,7 +275,11 @@ class AskedScene : public MovingScene {
     random_.chance(0.2) ? tremble(0.01) : moveSome(part[random_.below(3)]);
     for (std::size_t edits = random_.below(5); edits > 0; --edits) edit();
     kind_ = random_.below(7);
-    if (kind_ == contacts && dParallelSAPSpaceGetEvents(space())) kind_ = pairs;
+    // The oracle of pairs needs them all.
+    if (kind_ == contacts && dParallelSAPSpaceGetEvents(space()) == dParallelSAPEventPairs)
+      kind_ = pairs;
+    if (dParallelSAPSpaceGetEvents(space()) & dParallelSAPEventTouches && random_.chance(0.4))
+      kind_ = contacts;
     if (needsSome() && wild_) kind_ = query;  // ODE's colliders assert numbers
   }
 
@@ -280,12 +313,37 @@ class AskedScene : public MovingScene {
   }
   // What is wrong about what began and ended, if the last call tells of that.
   std::string checkEvents(bool may_have_failed) {
-    if (!dParallelSAPSpaceGetEvents(space()) || !tells()) return "";
+    if (dParallelSAPSpaceGetEvents(space()) != dParallelSAPEventPairs || !tells()) return "";
     const bool nothing =
         numbersOf(space()).empty() && begunOf(space()).empty() && endedOf(space()).empty();
     if (may_have_failed && nothing) return "";
     return oracle_.check(space(), told_, EventsOracle::byNumber(order()));
   }
+  // The same where touches are told, too: what lasts is what does in the other scene. What rests
+  // may have begun or ended in a frame that failed.
+  std::string checkTouches(const AskedScene& whole, bool may_have_failed) {
+    if (!(dParallelSAPSpaceGetEvents(space()) & dParallelSAPEventTouches) || kind_ > contacts)
+      return "";
+    const bool rests =
+        dParallelSAPSpaceGetSkipStatic(space()) || dParallelSAPSpaceGetSkipAsleep(space());
+    for (const bool of_touches : {false, true}) {
+      const Events begun = of_touches ? begunTouchesOf(space()) : begunOf(space()),
+                   ended = of_touches ? endedTouchesOf(space()) : endedOf(space());
+      Followed& own = followed_[of_touches];
+      const std::string problem = own.follow(begun, ended);
+      if (problem != "") return problem + (of_touches ? " (touches)" : " (pairs)");
+      if (of_touches && kind_ != contacts && begun.size() + ended.size() > 0)
+        return "touches changed without contacts";
+      const bool told = of_touches ? kind_ == contacts : isRepeatable();
+      const bool nothing = begun.empty() && ended.empty();
+      if (!told || rests || (may_have_failed && nothing)) continue;
+      if (own.lasting() != whole.followed_[of_touches].lasting())
+        return of_touches ? "other touches last" : "other pairs last";
+      compared_ += of_touches && !nothing;
+    }
+    return "";
+  }
+  int compared() const { return compared_; }
   std::size_t kind() const { return kind_; }
   // Contacts, rays and probes need memory for those of one pair, ray or probe.
   bool needsSome() const { return kind_ == contacts || kind_ >= rays_too; }
@@ -344,6 +402,8 @@ class AskedScene : public MovingScene {
   std::size_t kind_ = pairs;
   Pairs told_;
   EventsOracle oracle_;
+  Followed followed_[2];  // pairs, touches
+  int compared_ = 0;      // frames whose touches changed
 };
 
 void countPair(void* count, dGeomID, dGeomID) {
@@ -355,7 +415,7 @@ void countPair(void* count, dGeomID, dGeomID) {
 TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[memory]") {
   const Said said;
   Random random(seedOr(341));
-  int failures = 0, given_up = 0, widest = 0;
+  int failures = 0, given_up = 0, widest = 0, touching = 0;
   for (int scene = 0; scene < scaled(300); ++scene) {
     const std::uint64_t seed = random.bits();
     AskedScene whole(seed), hurt(seed);
@@ -384,18 +444,24 @@ TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[me
         REQUIRE(hurt.needsSome());
         REQUIRE((failed && for_good));
         ++given_up;
+        REQUIRE(whole.checkTouches(whole, false) == "");
+        REQUIRE(hurt.checkTouches(whole, true) == "");
         continue;
       }
       REQUIRE((got == expected || !hurt.isRepeatable()));
       REQUIRE(hurt.wrongReport() == "");
       REQUIRE(whole.checkEvents(false) == "");
       REQUIRE(hurt.checkEvents(failed) == "");
+      REQUIRE(whole.checkTouches(whole, false) == "");
+      REQUIRE(hurt.checkTouches(whole, failed) == "");
     }
+    touching += hurt.compared();
   }
   CHECK(failures > scaled(300));
   CHECK(said.in_parts > scaled(30));
   CHECK(said.events_later > 0);
   CHECK(given_up > 0);
+  CHECK(touching > scaled(100));
   if (std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN")) CHECK(widest == 3);
 }
 
