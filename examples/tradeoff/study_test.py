@@ -1,237 +1,251 @@
-"""Tests what the study concludes from made-up rows, and which points it wants. Exit code 77: a package is missing."""
+"""Tests what the study concludes, from made-up rows and with its programs: study_test.py <tradeoff-point> <harness-test>."""
 
+import csv
 import os
+import random
+import signal
+import subprocess
 import sys
 import tempfile
+import time
 import unittest
-import zlib
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
 
-try:
-    import numpy
+import study
+from study import BASE, ITERATED, LIMITS, REFERENCES, Setting, twice
 
-    import outcomes
-    import report
-    import stats
-    import study
-    from study import BASE, EXACT, ITERATED, REFERENCES, Setting
-    from table import Table
-except ImportError as error:
-    print("Skipped: %s (Debian: python3-numpy)" % error)
-    sys.exit(77)
+HERE = os.path.dirname(os.path.abspath(__file__))
+DEAR = dict(status="exit code -24", took_s=9.0)  # dWorldStep takes too long
 
 
 def row_of(height=0.0, cost=1.0, **others):
-    row = dict(status="ok", took_s=1.0, cpu_s_per_s=cost, rests=1.0, stands=0.0, controlled=0.0, undriven=1.0, ignores="", rested=1.0, lost=0.0,
-               collapsed=0.0, size_m=1.0, spread_m=1.0, height_m=height, top_drift_m=0.0, jitter=0.0, energy_gain=0.0,
-               energy_drift=0.0, depth_mm=1.0, impact_mm=1.0, fastest_m_s=1.0, digest="", bodies_seen=40.0)
-    return dict(row, **others)
+    return dict(dict(status="ok", took_s=1.0, ms_per_s=cost, undriven=1.0, outcome_height=height), **others)
 
 
-class Made(unittest.TestCase):
-    """Rows by a model: a function of the setting and the seed."""
-
-    def study(self, model):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        made = study.Study("made", "Made", 40.0, ["false"], Table(os.path.join(folder.name, "scenes.csv"), study.KEY))
-        made.table.write = lambda: None
-        made.table.path = os.devnull
-        made.model = model
-        return made
-
-    def measure(self, made, most=100000):
-        """The points that were asked for, in their order, until no more are or so many."""
-        asked = []
-        while len(asked) < most:
-            points = [(Setting(*(p[name] for name in Setting._fields)), p) for _, p in zip(range(24), made.wanted())]
-            if not points:
-                break
-            for setting, point in {(setting, point["seed"]): (setting, point) for setting, point in points}.values():
-                made.table.add(dict(point, **made.model(setting, point["seed"])))
-                asked.append((setting, point["seed"]))
-        return asked
+def cost_of(setting):
+    return 1e-3 * (30 + setting.iterations) / setting.dt
 
 
 def chance(*key):
-    return numpy.random.default_rng(zlib.crc32(repr(key).encode())).exponential(1)
+    return random.Random(repr(key)).expovariate(1)
 
 
 def by_step(per_second, noise=0.1, converged=True):
     """Errors as the step is long, costs as it is short; the reference is right, or has the same error."""
     def model(setting, seed):
-        cost = 1e-3 * (30 + setting.iterations) / setting.dt
         right = setting in REFERENCES and converged
-        off = 0 if right else per_second * setting.dt * (1 + noise * chance(setting, seed))
-        return row_of(off, cost, digest="%r %r" % (setting, seed))
+        return row_of(0 if right else per_second * setting.dt * (1 + noise * chance(setting, seed)), cost_of(setting))
     return model
+
+
+def studied(model, most=10 ** 6, exact=False):
+    """The study of what a model says of a setting and a seed, and the settings and seeds that it asked for in so many batches."""
+    one, asked = study.Study(), []
+    for _, points in zip(range(most), one.search()):
+        for setting, seed in dict.fromkeys(points):
+            if (setting, seed) not in one.rows:
+                one.add(setting, seed, DEAR if setting.solver == "step" and not exact else model(setting, seed))
+                asked.append((setting, seed))
+    return one, asked
 
 
 class Intervals(unittest.TestCase):
     def test_hold_the_mean_as_often_as_they_say(self):
-        draws = dict(exponential=(lambda r, n: 0.05 * r.exponential(1, n), 0.05), uniform=(lambda r, n: r.uniform(0, 0.1, n), 0.05))
-        for name, (draw, mean) in draws.items():
-            for count in stats.LADDER[:3]:
-                found = [stats.interval(tuple(v)) for v in draw(numpy.random.default_rng(7), (300, count))]
-                self.assertGreater(sum(i.low <= mean <= i.high for i in found) / 300, 0.93, (name, count))
-                self.assertLess(sum(i.high < mean for i in found) / 300, 0.05, (name, count))  # would name a false winner
+        draw = random.Random(7)
+        for name, one in dict(exponential=lambda: 0.05 * draw.expovariate(1), uniform=lambda: draw.uniform(0, 0.1)).items():
+            found = [study.interval([one() for _ in range(study.FRESH[0])]) for _ in range(150)]
+            self.assertGreater(sum(i.low <= 0.05 <= i.high for i in found) / 150, 0.95, name)
+            self.assertLess(sum(i.high < 0.05 for i in found) / 150, 0.04, name)  # would name a false winner
 
     def test_one_failure_in_a_dozen_is_not_averaged_away(self):
-        self.assertGreater(stats.interval((0.0,) * 11 + (1.0,)).high, 0.5)
-
-    def test_need_to_be_whole_on_one_side(self):
-        found = stats.Interval(0.04, 0.03, 0.05, 12)
-        self.assertEqual([found.verdict(limit) for limit in (0.02, 0.04, 0.05)], ["beyond", "open", "within"])
+        self.assertGreater(study.interval([0.0] * 11 + [1.0]).high, 0.4)
 
 
 class Errors(unittest.TestCase):
-    def test_are_outcomes_without_the_impact(self):
-        one = row_of(impact_mm=1.0, depth_mm=1.0)
-        self.assertEqual(outcomes.error(row_of(impact_mm=170.0, depth_mm=9.0), one), 0)
-        for name, value in dict(height_m=0.3, spread_m=1.3, jitter=0.3, energy_gain=0.3, observed_sag=0.3).items():
-            self.assertAlmostEqual(outcomes.error(row_of(**{name: value}), dict(one, observed_sag=0.0) if name.startswith("ob")
-                                                  else one), 0.3)
+    def test_are_the_largest_difference(self):
+        self.assertAlmostEqual(study.error(row_of(0.1, outcome_sag=0.4), row_of(0.2, outcome_sag=0.1)), 0.3)
+        self.assertEqual(study.error(row_of(0.1), row_of(0.2, outcome_sag="")), 0.1)  # another scene's column
 
-    def test_are_all_where_a_body_is_lost_unless_the_reference_loses_it(self):
-        self.assertEqual(outcomes.error(row_of(lost=1.0), row_of()), 1)
-        self.assertEqual(outcomes.error(row_of(lost=1.0), row_of(lost=1.0)), 0)
-
-    def test_leave_out_what_the_scene_ignores(self):
-        self.assertEqual(outcomes.error(row_of(0.3), row_of(ignores="height+jitter")), 0)
-
-    def test_of_chance_alone_are_no_bias(self):
-        pairs = [(row_of(0.1 * sign), row_of()) for sign in (1, -1)]
-        self.assertAlmostEqual(outcomes.bias(pairs), 0)
-        self.assertAlmostEqual(outcomes.bias([(row_of(0.1), row_of())] * 2), 0.1)
+    def test_are_all_where_a_run_fails(self):
+        for row in dict(status="exit code 1"), row_of(9.0), row_of(float("nan")):
+            self.assertEqual(study.error(row, row_of()), 1)
 
 
-class Winners(Made):
+class Answers(unittest.TestCase):
+    def named(self, one):
+        return [one.answers[limit].setting for limit in LIMITS]
+
     def test_that_are_planted_are_found_and_confirmed_with_fresh_seeds(self):
-        made = self.study(by_step(1.0))  # 5 ms are off by 0.5 %
-        self.measure(made)
-        steps = [winner.setting.dt for winner in made.winners()]
-        self.assertEqual([winner.why for winner in made.winners()], ["", "", ""])
-        self.assertEqual(steps, [0.007, 0.04, 0.04])
-        self.assertEqual({study.knobs_of(winner.setting) for winner in made.winners()}, {0})
-        for winner in made.winners():
-            self.assertEqual(winner.fresh.count, len(study.FRESH_SEEDS))
+        one, asked = studied(by_step(1.0))  # 6.25 ms are off by 0.7 %
+        self.assertEqual([answer.why for answer in one.answers.values()], ["", "", ""])
+        self.assertEqual([s.dt for s in self.named(one)], [0.04, 0.04, 0.00625])
+        self.assertEqual({study.knobs_of(s) for s in self.named(one)}, {0})
+        for setting in self.named(one):
+            self.assertTrue(all((setting, seed) in asked for seed in study.fresh(12)))
 
-    def test_of_a_limit_are_within_every_wider_one(self):
-        for slope in 0.5, 2.0, 8.0:
-            made = self.study(by_step(slope, noise=1.0))
-            named = []
-            for _ in range(40):
-                if not self.measure(made, 16):
-                    break
-                found, before = [w for w in made.winners() if not w.why], named
-                named = [w.limit for w in found]
-                self.assertEqual(named, list(study.LIMITS)[len(study.LIMITS) - len(named):], made.winners())
-                self.assertLessEqual(set(before), set(named))  # who was certain stays so with a finer reference
-                costs = [made.cost(w.setting) for w in found]
-                self.assertEqual(costs, sorted(costs, reverse=True))
-
-    def test_are_not_named_while_the_reference_is_biased(self):
-        made = self.study(by_step(10.0, noise=0.0, converged=False))  # the finest halving still changes 0.62 %
-        self.measure(made)
-        self.assertEqual(made.level(), len(ITERATED) - 1)
-        self.assertAlmostEqual(made.bias(made.level()), 10 * ITERATED[-1].dt, 4)
-        self.assertIn("no converged reference: 0.625 ms, 100 iterations, at most 8 contacts may be off by 0.62 %. It takes",
-                      made.winners()[0].why)
-        self.assertEqual([w.why for w in made.winners()[1:]], ["", ""])
-        self.assertLess(made.level_for(study.LIMITS[-1]), made.level())  # wide limits need no fine one
-
-    def test_are_not_named_by_references_of_which_two_agree_by_chance(self):
-        off = dict(zip(ITERATED, (0.3, 0.07, 0.07, 0.0, 0.0)))  # a robot whose 5 and 2.5 ms fall the same way
-        made = self.study(lambda setting, seed: row_of(off.get(setting, 0.0)))
-        self.measure(made)
-        self.assertGreaterEqual(made.bias(2), 0.07)
-        self.assertGreater(made.level_for(0.05), 2)
-
-    def test_are_not_named_by_iterations_that_are_too_few_with_any_step(self):
-        def model(setting, seed):  # a chain that sinks less with more iterations, and as much with all steps
-            return row_of(30.0 / setting.iterations, 1e-3 * setting.iterations / setting.dt)
-        made = self.study(model)
-        self.measure(made)
-        for winner in made.winners()[:2]:
-            self.assertRegex(winner.why, "no converged reference: .* 100 iterations, .* may be off by 30 %")
-
-    def test_of_few_bodies_are_measured_by_dWorldStep(self):
-        def model(setting, seed):  # an arm that all iterations let drop, however small the step
-            exact = setting.solver == "step"
-            return row_of(0.2 * setting.dt if exact else 0.6 + 10 / setting.iterations, 1e-3 * (30 + 20 * exact) / setting.dt,
-                          bodies_seen=7.0, undriven=0.0, digest="%r %r" % (setting, seed))
-        made = self.study(model)
-        asked = {setting for setting, _ in self.measure(made)}
-        self.assertFalse(asked & {*ITERATED, *map(study.twice, ITERATED)})
-        self.assertEqual([(w.setting, w.why) for w in made.winners()], [(BASE._replace(dt=0.04, solver="step"), "")] * 3)
-        self.assertEqual({setting.sleep for setting in asked}, {"off"})  # something drives the arm
+    def test_are_those_of_a_search_of_all(self):
+        """Errors by any part of a setting, in no order: nothing that is cheaper and within a limit is passed over."""
+        for trial in range(6):
+            def off(setting):
+                return 0 if setting in REFERENCES else 0.3 * chance(trial, setting) * setting.dt ** 0.5
+            def cost(setting):
+                return cost_of(setting) * (0.8 if setting.contacts == 1 else 1)
+            one, _ = studied(lambda setting, seed: row_of(off(setting), cost(setting)))
+            knobs = [{}] + [{name: value} for name, values in study.KNOBS.items() for value in values]
+            every = [Setting(dt, count)._replace(**knob) for dt in study.STEPS for count in study.ITERATIONS for knob in knobs]
+            for limit in LIMITS:
+                within = [s for s in every if off(s) <= limit]
+                setting = one.answers[limit].setting
+                self.assertIn(setting, within)
+                least = min(map(cost, within))
+                self.assertLessEqual(cost(setting), study.NOISE * least)
+                self.assertEqual(study.knobs_of(setting), min(study.knobs_of(s) for s in within if cost(s) <= study.NOISE * least))
 
     def test_are_the_simplest_of_those_that_cost_as_much(self):
-        def model(setting, seed):  # contacts and sleep save a little time, which is noise; ERP and CFM none
-            cost = 1e-3 * (30 + setting.iterations) / setting.dt * (1 - 0.01 * study.knobs_of(study.work_alike(setting)))
-            return row_of(0 if setting in REFERENCES else setting.dt, cost, digest="%r %r" % (setting, seed))
-        made = self.study(model)
-        asked = {setting for setting, _ in self.measure(made)}
-        self.assertEqual({study.knobs_of(w.setting) for w in made.winners()}, {0})
-        self.assertEqual({setting.sleep for setting in asked}, {"off", "on"})
-        self.assertEqual({study.knobs_of(setting) for setting in asked - REFERENCES}, {0, 1})
+        def model(setting, seed):  # contacts and sleep save a little time, which is noise
+            off = 0 if setting in REFERENCES else setting.dt * (1.01 if study.knobs_of(setting) else 1)
+            return row_of(off, cost_of(setting) * (1 - 0.05 * study.knobs_of(study.work_of(setting))))
+        one, asked = studied(model)
+        self.assertEqual({study.knobs_of(s) for s in self.named(one)}, {0})
+        self.assertEqual({s.sleep for s, _ in asked}, {"off", "on"})
+        self.assertEqual({study.knobs_of(s) for s, _ in asked if s not in REFERENCES}, {0, 1})
+
+    def test_are_no_knobs_that_change_nothing(self):
+        def model(setting, seed):  # no contacts: their number is noise in the costs
+            return row_of(0 if setting in REFERENCES else setting.dt, cost_of(setting) * (1 if setting.contacts == 4 else 0.6))
+        self.assertEqual({s.contacts for s in self.named(studied(model)[0])}, {4})
+
+    def test_leave_sleep_alone_where_something_drives_the_scene(self):
+        model = by_step(1.0)
+        _, asked = studied(lambda setting, seed: dict(model(setting, seed), undriven=0.0))
+        self.assertEqual({setting.sleep for setting, _ in asked}, {"off"})
 
     def test_are_not_made_by_noise(self):
         """All settings are just beyond the limit; the least of their means is far within."""
-        def noise(setting, seed):
-            return row_of(0 if setting in REFERENCES else 0.055 * chance(setting, seed, self.trial), digest="%r %r" % (setting, seed))
-        named = lucky = 0
-        for self.trial in range(100, 106):
-            made = self.study(noise)
-            self.measure(made, 1000)
-            winner = made.winners()[1]
-            named += not winner.why
-            lucky += min(made.interval(s).mean for s in made.settings()) <= 0.05
-        self.assertGreater(lucky, 3)
+        named = 0
+        for trial in range(6):
+            def noise(setting, seed):
+                return row_of(0 if setting in REFERENCES else 0.055 * chance(setting, seed, trial), cost_of(setting))
+            one, _ = studied(noise)
+            named += one.answers[0.05].setting is not None
+            self.assertIn("fresh seeds refuse 5", one.answers[0.05].why + "fresh seeds refuse 5" * named)
         self.assertLessEqual(named, 1)
 
-    def test_that_differ_in_no_bit_are_one(self):
-        def model(setting, seed):
-            same = setting._replace(contacts=4)  # contacts a pair change nothing
-            cost = 3.0 if setting.contacts == 4 and seed == 1 else 1.0
-            return row_of(0 if setting in REFERENCES else 0.03, cost, digest="%r %r" % (same, seed))
-        made = self.study(model)
-        self.measure(made)
-        self.assertEqual({s.contacts for s in made.settings()}, {4})
-        self.assertEqual(made.one_of(BASE._replace(contacts=1)), BASE)
-        self.assertEqual(made.cost(BASE), 1.0)  # the median over all rows of them all
+    def test_cost_as_much_as_they_are_exact(self):
+        for slope in 0.5, 2.0, 8.0:
+            one, _ = studied(by_step(slope, noise=1.0))
+            costs = [one.cost(s) for s in self.named(one) if s]
+            self.assertEqual(costs, sorted(costs))
 
-
-class Points(Made):
-    def test_are_coarse_first_and_never_asked_twice(self):
-        made = self.study(by_step(1.0, noise=1.0))
-        asked = self.measure(made)
-        self.assertEqual(len(asked), len(set(asked)))
-        grid = {Setting(dt, count) for dt in (0.02, 0.01, 0.005) for count in (10, 20)}
-        coarse = 3 * len({*ITERATED[:3], *grid})
-        self.assertEqual({setting for setting, _ in asked[:coarse]}, {*ITERATED[:3], *grid})
-        self.assertEqual({seed for _, seed in asked[:coarse]}, {1, 2, 3})
-
-    def test_of_any_number_give_an_answer(self):
-        made = self.study(by_step(1.0, noise=1.0))
-        for most in (0, 1, 5, 31, 40, 100):
-            self.measure(made, most)
-            text = report.answer([made])
-            for limit in study.LIMITS:
+    def test_are_there_after_any_number_of_runs(self):
+        for most in (0, 1, 3, 5, 9, 20):
+            one, _ = studied(by_step(1.0, noise=1.0), most)
+            text = "\n".join(one.lines("Made"))
+            for limit in LIMITS:
                 self.assertRegex(text, r"\| Made \|[^|]*\b%g\b" % (100 * limit))
-            if made.settings():
-                self.assertIn("| the reference |", report.table_of(made))
-        self.assertIn("uncertain", text)
+            self.assertEqual(bool(one.front()), bool(one.references) and most > 2)
 
-    def test_go_to_more_seeds_where_settings_compete(self):
-        made = self.study(by_step(5.0, noise=1.0))
-        self.measure(made)
-        counts = {made.interval(setting).count for setting in made.settings()}
-        self.assertLessEqual({3, 6}, counts)
-        beyond = [s for s in made.settings() if made.interval(s).low > study.LIMITS[-1]]
-        self.assertTrue(all(made.interval(s).count < 24 for s in beyond))
+
+class References(unittest.TestCase):
+    def test_that_have_not_converged_answer_nothing(self):
+        one, _ = studied(by_step(10.0, noise=0.0, converged=False))  # the finest halving still changes 0.62 %
+        self.assertIn("no converged reference: 0.625 ms, 100 iterations may be off by 0.6", one.answers[0.01].why)
+        self.assertEqual([one.answers[limit].why for limit in (0.2, 0.05)], ["", ""])
+        steps = [one.references[limit][0].dt for limit in (0.2, 0.05)]
+        self.assertEqual(steps, sorted(steps, reverse=True))  # wide limits need no fine one
+
+    def test_of_which_two_agree_by_chance_do_not_count(self):
+        off = dict(zip(ITERATED, (0.3, 0.07, 0.07, 0.0, 0.0)))  # a robot whose 5 and 2.5 ms fall the same way
+        one, _ = studied(lambda setting, seed: row_of(off.get(setting, 0.0)))
+        self.assertEqual(one.references.get(0.05, (ITERATED[4],))[0], ITERATED[4])
+
+    def test_with_too_few_iterations_for_any_step_do_not_count(self):
+        # A chain that sinks less with more iterations, and as much with all steps.
+        one, _ = studied(lambda setting, seed: row_of(30.0 / setting.iterations, cost_of(setting)))
+        self.assertIn("no converged reference: 0.625 ms, 100 iterations may be off by 15 %", one.answers[0.05].why)
+
+    def test_use_dWorldStep_where_it_is_affordable(self):
+        def model(setting, seed):  # an arm that all iterations let drop, however small the step
+            off = 0.2 * setting.dt if setting.solver == "step" else 0.6 + 10 / setting.iterations
+            return row_of(off, cost_of(setting))
+        one, asked = studied(model, exact=True)
+        self.assertFalse({s for s, _ in asked} & {*ITERATED[1:], *map(twice, ITERATED)})
+        self.assertEqual(list(one.answers.values())[1:], [one.answers[0.2]] * 2)
+        self.assertEqual(one.answers[0.01][::2], (BASE._replace(dt=0.04, solver="step"), ""))
+
+    def test_that_differ_by_chance_are_no_measure(self):
+        one, asked = studied(lambda setting, seed: row_of(0.3 * chance(setting, seed) * (-1) ** seed))
+        self.assertIn("no converged reference: single runs of 1.25 ms, 100 iterations and of twice the step differ by ", one.answers[0.05].why)
+        self.assertNotIn(ITERATED[4], {setting for setting, _ in asked})
+
+
+class Programs(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def start(self, *words):
+        return subprocess.Popen([sys.executable, os.path.join(HERE, "tradeoff.py"), "--out", self.folder, *words],
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def call(self, *words):
+        child = self.start(*words)
+        return child.communicate()[0], child.returncode
+
+    def rows(self):
+        with open(os.path.join(self.folder, "scenes.csv"), newline="") as file:
+            return list(csv.DictReader(file))
+
+    def test_have_an_answer_when_the_budget_is_spent_and_go_on_from_there(self):
+        words = ("--program", point, "--scene", "tower", "--budget", "8")
+        began = time.monotonic()
+        said, code = self.call(*words)
+        self.assertLess(time.monotonic() - began, 30)
+        self.assertEqual(code, 75, said)
+        self.assertIn("| tower |", said[said.rindex("| scene |"):])
+        first = self.rows()
+        self.call(*words)
+        keys = [tuple(row[name] for name in ("scene", "seed", *Setting._fields)) for row in self.rows()]
+        self.assertEqual(self.rows()[:len(first)], first)
+        self.assertEqual(len(set(keys)), len(keys))
+        self.assertGreater(len(keys), len(first))
+
+    def test_answer_when_they_are_interrupted(self):
+        child = self.start("--program", point, "--scene", "heap")
+        while not os.path.exists(os.path.join(self.folder, "scenes.csv")):
+            time.sleep(0.1)
+        child.send_signal(signal.SIGINT)
+        said = child.communicate(timeout=30)[0]
+        self.assertEqual(child.returncode, 75, said)
+        self.assertIn("| heap | 1, 5, 20 % | not known yet |", said)
+
+    def test_are_studied_to_the_end(self):
+        said, code = self.call("--program", own_program, "--budget", "200")
+        self.assertEqual(code, 0, said)
+        self.assertRegex(said, r"\| harness-test \| [0-9, ]*20 % \| (40|25) ms, [^|()]*\|")
+        self.assertTrue(all(row["scene"].startswith("harness-test-") for row in self.rows()))
+        self.assertIn("outcome_time", self.rows()[0])
+        with open(os.path.join(self.folder, "harness-test.svg")) as picture:
+            self.assertIn("40 ms, ", picture.read())
+
+    def test_complain_to_the_user(self):
+        wrong = os.path.join(self.folder, "wrong")
+        with open(wrong, "w") as file:
+            file.write("#!/bin/sh\necho 'no such setting' >&2\nexit 2\n")
+        os.chmod(wrong, 0o755)
+        said, code = self.call("--program", wrong)
+        self.assertEqual(code, 1)
+        self.assertIn("no such setting", said)
+
+    def test_are_repeatable(self):
+        words = [point, "heap", "--seed", "3", "--dt", "0.02"]
+        one, other = (subprocess.run(words, stdout=subprocess.PIPE, text=True).stdout.splitlines() for _ in range(2))
+        self.assertEqual(one[1].split(",")[1:], other[1].split(",")[1:])  # but for the time
 
 
 if __name__ == "__main__":
+    point, own_program = map(os.path.abspath, sys.argv[1:3])
+    del sys.argv[1:3]
     unittest.main(verbosity=1)

@@ -1,188 +1,224 @@
 #!/usr/bin/env python3
 """Says what accuracy costs in a scene: examples/tradeoff/README.md.
 
-Goes from coarse to fine, and has an answer at every moment: each time it changes, after --budget seconds, and after
-Ctrl-C, when the same command goes on later. Ends with 0 where all is said, and with 75 where more could be."""
+Goes on from the rows that there are, and says what is known when it ends: when all is said (exit code 0), after
+--budget seconds, or after Ctrl-C (exit code 75)."""
 
 import argparse
+import csv
+import datetime
 import hashlib
+import math
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
-import threading
+import tempfile
 import time
 
 sys.dont_write_bytecode = True  # this folder is for sources
 
+import study
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
 POINT = os.path.join(TOP, "build", "release", "examples", "tradeoff", "tradeoff-point")
-SCENES = dict(arm=7, tower=12, vehicle=10, heap=40)  # and how many bodies
+SCENES = ("arm", "tower", "heap")
 GO_ON = 75
-MARGIN = 1.3  # of what a point is expected to take, where it has to end in time
+CORES = len(os.sched_getaffinity(0))
+ORIGIN = ("cpu", "cores", "commit", "date")
 
-lacking = None  # main() says so: --help needs none of these
-try:
-    import report
-    import study
-    from table import Table, cpu
-except ImportError as error:
-    lacking = error
+
+def origin():
+    """Where rows are from."""
+    with open("/proc/cpuinfo") as lines:
+        cpu = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown CPU")
+    try:
+        words = ["git", "-C", TOP, "describe", "--always", "--exclude=*", "--abbrev=10", "--dirty=-changed"]
+        commit = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.strip()
+    except FileNotFoundError:
+        commit = ""
+    return dict(zip(ORIGIN, (cpu, str(CORES), commit or "unknown", datetime.date.today().isoformat())))
+
+
+def parsed(name, text):
+    try:
+        return text if name in ORIGIN else float(text)
+    except ValueError:
+        return text
+
+
+class Table:
+    """A CSV file that grows by a row at a time."""
+
+    def __init__(self, folder):
+        os.makedirs(folder, exist_ok=True)
+        self.path, self.rows, self.columns, self.origin = os.path.join(folder, "scenes.csv"), [], [], origin()
+        if os.path.exists(self.path):
+            with open(self.path, newline="") as file:
+                reader = csv.DictReader(file)
+                # A row that was cut short is measured again.
+                self.rows = [{name: parsed(name, text) for name, text in row.items()} for row in reader if None not in row.values()]
+                self.columns = list(reader.fieldnames or ())
+
+    def add(self, row):
+        self.rows.append(dict(row, **self.origin))
+        new = [name for name in self.rows[-1] if name not in self.columns]
+        self.columns += new
+        with open(self.path, "w" if new else "a", newline="") as file:
+            writer = csv.DictWriter(file, self.columns, restval="", lineterminator="\n")
+            if new:
+                writer.writeheader()
+            writer.writerows(self.rows if new else self.rows[-1:])
+
+    def origins(self):
+        found = {tuple(row[name] for name in ORIGIN) for row in self.rows}
+        return "".join("%s, a run a core on %s cores, commit %s, %s\n" % one for one in sorted(found))
+
+
+def play(command, points, patience):
+    """Yields each point with its row, in the order in which they end; as many run at a time as there are cores."""
+    waiting, children = list(points), {}
+    try:
+        while waiting or children:
+            while waiting and len(children) < CORES:
+                setting, seed = waiting.pop(0)
+                words = [word for name, value in dict(setting._asdict(), seed=seed).items()
+                         for word in ("--" + name, value if isinstance(value, str) else "%.12g" % value)]
+                limit = patience and (lambda: resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(patience),) * 2))
+                said, complaint = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")
+                child = subprocess.Popen(command + words, stdout=said, stderr=complaint, start_new_session=True, preexec_fn=limit)
+                children[child.pid] = child, setting, seed, said, complaint
+            pid, status, usage = os.wait4(-1, 0)
+            child, setting, seed, said, complaint = children.pop(pid)
+            code = child.returncode = os.waitstatus_to_exitcode(status)
+            for file in said, complaint:
+                file.seek(0)
+            lines = said.read().strip().splitlines()
+            if code == 2 or code == 0 and len(lines) < 2:
+                sys.exit("%s: %s" % (" ".join(child.args), complaint.read().strip() or "it wrote no row"))
+            row = dict(status="ok" if code == 0 else "exit code %d" % code, took_s=usage.ru_utime + usage.ru_stime)
+            if code == 0:
+                row.update((name, parsed(name, text)) for name, text in zip(lines[-2].split(","), lines[-1].split(",")))
+            yield setting, seed, row
+    finally:
+        for child, *_ in children.values():
+            child.kill()
+            child.wait()
+
+
+def conduct(name, command, table):
+    """Yields the study of a scene whenever there may be something new to say."""
+    one = study.Study()
+    for row in table.rows:
+        if row["scene"] == name:
+            one.add(study.Setting(*(row[field] for field in study.Setting._fields)), int(row["seed"]), row)
+    yield one
+    for points in one.search():
+        missing = [point for point in dict.fromkeys(points) if point not in one.rows]
+        for setting, seed, row in play(command, missing, one.patience):
+            table.add(dict(setting._asdict(), scene=name, seed=seed, **row))
+            one.add(setting, seed, row)
+        yield one
+
+
+def draw(path, title, one):
+    """Cost and error of all settings that were tried, as an SVG; those that are named have their names."""
+    wide, high, left, low = 720, 400, 60, 1e-4
+    costs = [math.log10(cost) for cost, _, _ in one.trade()]
+    first, last = math.floor(min(costs)), math.ceil(max(costs)) + 0.3
+    def x(cost):
+        return left + (math.log10(cost) - first) / (last - first) * (wide - left)
+    def y(off):
+        return 20 + (math.log10(max(off, low)) / math.log10(low)) * (high - 60)
+    def text(across, down, words, anchor="start"):
+        return '<text x="%.0f" y="%.0f" text-anchor="%s">%s</text>' % (across, down, anchor, words)
+    lines = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 %d %d" font-family="sans-serif" font-size="12">' % (wide, high),
+             '<rect width="%d" height="%d" fill="white"/>' % (wide, high),
+             text(left, 14, "%s: error of a run, and milliseconds of processor for a simulated second" % title)]
+    for share in (1, 0.2, 0.05, 0.01, 0.001, low):
+        lines.append('<path d="M%d %.0fH%d" stroke="%s"/>' % (left, y(share), wide, "#888" if share in study.LIMITS else "#ddd"))
+        lines.append(text(left - 6, y(share) + 4, "%g %%" % (100 * share), "end"))
+    lines += [text(x(10 ** power), high - 22, "%g ms" % 10 ** power, "middle") for power in range(first, math.floor(last) + 1)]
+    for kind, colour, label in (("quick", "#c60", "dWorldQuickStep"), ("step", "#06c", "dWorldStep")):
+        dots = "".join("M%.1f %.1fh0" % (x(cost), y(off)) for cost, off, setting in one.trade() if setting.solver == kind)
+        lines.append('<path d="%s" stroke="%s" stroke-width="5" stroke-linecap="round" opacity="0.5"/>' % (dots, colour))
+        lines.append('<text x="%d" y="%d" fill="%s">%s</text>' % (left + 140 * (kind == "step"), high - 5, colour, label))
+    named = {answer.setting for answer in one.answers.values()}
+    for cost, off, setting in one.trade():
+        if setting in named:
+            lines.append('<circle cx="%.1f" cy="%.1f" r="5" fill="none" stroke="black"/>' % (x(cost), y(off)))
+            lines.append(text(x(cost) + 8, y(off) + 4, study.name_of(setting)))
+    with open(path, "w") as file:
+        file.write("\n".join(lines) + "\n</svg>\n")
 
 
 def parse():
     made = argparse.ArgumentParser(description=__doc__)
     made.add_argument("--budget", type=float, metavar="SECONDS", help="end after so many seconds (default: when all is said)")
-    made.add_argument("--quick", dest="budget", action="store_const", const=150.0, help="--budget 150")
     made.add_argument("--program", metavar="FILE", help="study the scene of this program, made with harness.h")
-    made.add_argument("--scene", choices=tuple(SCENES), help="only this one of the study's own scenes")
-    made.add_argument("--point", metavar="FILE", default=POINT, help="the program tradeoff-point")
+    made.add_argument("--scene", metavar="NAME", help="only this one of the program's scenes (default program: %s)" % ", ".join(SCENES))
     made.add_argument("--out", metavar="DIR", help="folder of the results (default: one named by the CPU)")
-    made.add_argument("--report", action="store_true", help="measure nothing: conclude from the rows that there are")
-    made.add_argument("--write", metavar="FILE", help="put the answer between <!-- tradeoff --> and <!-- end --> there")
+    made.add_argument("--write", metavar="FILE", help="put the answers between <!-- tradeoff --> and <!-- end --> there")
     options = made.parse_args()
-    if lacking:
-        sys.exit("tradeoff.py: %s. Debian: apt-get install python3-numpy" % lacking)
-    for name in ("program", "point"):
-        path = getattr(options, name)
-        if path and not os.path.isfile(path) and not (options.report or name == "point" and options.program):
-            made.error("--%s: there is no file %s" % (name, path))
-    cores = len(os.sched_getaffinity(0))
-    machine = "%s-%d-cores" % (re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-"), cores)
+    if options.program and not os.path.isfile(options.program):
+        made.error("--program: there is no file %s" % options.program)
+    if not options.program and options.scene not in (None, *SCENES):
+        made.error("--scene: one of %s" % ", ".join(SCENES))
+    machine = "%s-%d-cores" % (re.sub(r"[^a-z0-9]+", "-", origin()["cpu"].lower()).strip("-"), CORES)
     options.out = options.out or (options.program + ".study" if options.program else os.path.join(HERE, "results", machine))
     return options
 
 
-def studies_of(options, table):
-    if options.program:
-        name = os.path.basename(options.program)
-        with open(options.program, "rb") as file:  # a new build is measured anew
-            digest = hashlib.sha256(file.read()).hexdigest()[:10]
-        return [study.Study("%s-%s" % (name, digest), name, "", [options.program], table)]
-    return [study.Study(name, name.capitalize(), float(bodies), [options.point, name, str(bodies)],
-                        table) for name, bodies in SCENES.items() if options.scene in (None, name)]
-
-
-def command_of(one, point):
-    words = []
-    for name in (*study.Setting._fields, "seed"):
-        words += ["--" + name, "%.12g" % point[name] if isinstance(point[name], float) else str(point[name])]
-    return [*one.command, *words]
-
-
-class Crew:
-    """Runs points side by side, each on a core, until none is wanted or the time is up."""
-
-    def __init__(self, studies, table, until):
-        self.studies, self.table, self.until, self.lock = studies, table, until, threading.Condition()
-        self.busy, self.children, self.stopped, self.error, self.said = set(), set(), False, None, {}
-        self.began = time.monotonic()
-
-    def run(self, cores):
-        threads = [threading.Thread(target=self.work, args=(core,), daemon=True) for core in cores]
-        for thread in threads:
-            thread.start()
-        try:
-            while any(thread.is_alive() for thread in threads):
-                time.sleep(0.1)
-                if time.monotonic() > self.until:
-                    self.stop()
-        except KeyboardInterrupt:
-            print("Interrupted. What is known so far:", flush=True)
-            self.stop()
-        for thread in threads:
-            thread.join()
-        if self.error:
-            raise SystemExit("tradeoff.py: %s" % self.error)
-
-    def stop(self, error=None):
-        with self.lock:
-            self.error = self.error or error
-            self.stopped = True
-            for child in self.children:
-                child.kill()
-            self.lock.notify_all()
-
-    def next_task(self):
-        """Of the study that had the least time so far; None where there will be no more."""
-        with self.lock:
-            while not self.stopped:
-                left = self.until - time.monotonic()
-                for one in sorted(self.studies, key=lambda one: one.spent):
-                    for point in one.wanted():
-                        seconds = one.expected(point)
-                        if self.table.key(point) not in self.busy and MARGIN * seconds < left:
-                            self.busy.add(self.table.key(point))
-                            one.spent += seconds
-                            return one, point, seconds
-                if not self.busy:
-                    return None
-                self.lock.wait(timeout=1)
-            return None
-
-    def work(self, core):
-        os.sched_setaffinity(0, {core})  # and that of the programs that this thread starts
-        try:
-            for one, point, seconds in iter(self.next_task, None):
-                began = time.monotonic()
-                with self.lock:
-                    if self.stopped:
-                        return
-                    child = subprocess.Popen(command_of(one, point), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                             start_new_session=True)
-                    self.children.add(child)
-                out, complaint = child.communicate()
-                took = time.monotonic() - began
-                with self.lock:
-                    self.children.discard(child)
-                    self.busy.discard(self.table.key(point))
-                    one.spent += took - seconds
-                    if not self.stopped:
-                        self.note(one, point, child.returncode, (out, complaint), took)
-                    self.lock.notify_all()
-        except BaseException as error:  # for the thread that waits
-            self.stop(error)
-
-    def note(self, one, point, code, said, took):
-        lines = said[0].strip().splitlines()
-        if code == 2 or (code == 0 and len(lines) < 2):
-            raise RuntimeError("%s: %s" % (" ".join(command_of(one, point)), said[1].strip() or "it wrote no row"))
-        values = dict(zip(lines[-2].split(","), lines[-1].split(","))) if code == 0 else {}
-        status = "ok" if code == 0 else "exit code %d" % code
-        self.table.add(dict(point, status=status, took_s="%.4g" % took, **values))
-        key = [(winner.setting, winner.why) for winner in one.winners()]
-        if one.level() >= 0 and key != self.said.get(one.name):
-            self.said[one.name] = key
-            print("\n%.0f s:\n" % (time.monotonic() - self.began) + report.answer([one]), flush=True)
-
-
-def write_between(path, text):
-    begin, end = "<!-- tradeoff -->\n", "<!-- end -->"
-    with open(path) as file:
-        before, rest = file.read().split(begin, 1)
-    with open(path, "w") as file:
-        file.write(before + begin + "\n" + text + "\n" + end + rest.split(end, 1)[1])
+def scenes_of(options):
+    """Titles, names in the table, commands."""
+    if not options.program:
+        return [(name.capitalize(), name, [POINT, name]) for name in SCENES if options.scene in (None, name)]
+    title = options.scene or os.path.basename(options.program)
+    with open(options.program, "rb") as file:  # a new build is measured anew
+        digest = hashlib.sha256(file.read()).hexdigest()[:10]
+    return [(title, "%s-%s" % (title, digest), [os.path.abspath(options.program)] + [options.scene] * bool(options.scene))]
 
 
 def main():
-    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     options = parse()
-    began = time.monotonic()
-    os.makedirs(options.out, exist_ok=True)
-    table = Table(os.path.join(options.out, "scenes.csv"), study.KEY)
-    studies = studies_of(options, table)
-    if not options.report:
-        Crew(studies, table, began + options.budget if options.budget else float("inf")).run(os.sched_getaffinity(0))
-    text = report.answer(studies) + "\n" + report.origin(table)
-    print("\n" + text)
-    for one in studies:
-        if one.settings():
-            print("%s:\n\n%s" % (one.title, report.table_of(one)))
+    for number in signal.SIGTERM, signal.SIGALRM:
+        signal.signal(number, signal.default_int_handler)
+    began, table, scenes = time.monotonic(), Table(options.out), scenes_of(options)
+    text = ["| scene | within | cheapest setting | ms of processor a simulated second | error, % | reference and its bias |",
+            "| --- | ---: | --- | ---: | ---: | ---: |"]
+    complete = True
+    for at, (title, name, command) in enumerate(scenes):
+        said = set()
+        try:
+            if options.budget is not None:  # what is left of it, divided by the scenes that are left
+                left = (options.budget + began - time.monotonic()) / (len(scenes) - at)
+                signal.setitimer(signal.ITIMER_REAL, max(left, 1e-3))
+            for one in conduct(name, command, table):
+                new = [line for line in one.lines(title) if line not in said]
+                print("".join("%4.0f s %s\n" % (time.monotonic() - began, line) for line in new), end="", flush=True)
+                said.update(new)
+        except KeyboardInterrupt:
+            complete = False
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        text += one.lines(title)
+        if one.references:
+            draw(os.path.join(options.out, title.lower() + ".svg"), title, one)
+            print("\n| %s | ms | error |\n| --- | ---: | ---: |" % title)
+            for cost, off, setting in one.front():
+                print("| %s | %.3g | %s |" % (study.name_of(setting), cost, study.percent(off)))
+            print()
+    answer = "\n".join(text) + "\n\n" + table.origins()
+    print(answer)
     if options.write:
-        write_between(options.write, text)
-    sys.exit(0 if options.report or not any(True for one in studies for _ in one.wanted()) else GO_ON)
+        with open(options.write) as file:
+            before, rest = file.read().split("<!-- tradeoff -->\n")
+        with open(options.write, "w") as file:
+            file.write(before + "<!-- tradeoff -->\n\n" + answer + "\n<!-- end -->" + rest.split("<!-- end -->", 1)[1])
+    sys.exit(0 if complete else GO_ON)
 
 
 if __name__ == "__main__":

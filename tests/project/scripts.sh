@@ -64,7 +64,7 @@ for script in $scripts; do
 done
 for arguments in "examples/run --scene balls --colour=red" "examples/run balls" "examples/run -x" "tests/run pairs" \
   "tests/run -R" "tests/run -LE cpu" "examples/tradeoff/run quick" "examples/tradeoff/run --scene Tower pack" \
-  "examples/tradeoff/run --quick -x" "cuda/check/run everything" "tests/bench/run bad" "tests/bench/run pack"; do
+  "examples/tradeoff/run --budget 9 -x" "cuda/check/run everything" "tests/bench/run bad" "tests/bench/run pack"; do
   # shellcheck disable=SC2086 # they are words
   run $arguments
   [ $status -eq 2 ] || fail "$arguments ends with $status: $(cat "$folder/said" "$folder/errors")"
