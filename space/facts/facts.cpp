@@ -45,38 +45,27 @@ double lengthOf(const LastGeoms::Box& motion) {
 
 }  // namespace
 
-void LastGeoms::pass(std::size_t end) {
-  for (; next_ < end; ++next_) passed_[last_[next_].geom] = next_;
-}
-
 const LastGeoms::Geom* LastGeoms::find(const dxGeom* geom) {
-  constexpr std::size_t ahead = 8;  // fixed: geoms that left
   if (next_ < last_.size() && last_[next_].geom == geom) return &last_[next_++];
-  for (int pass_all = 0; pass_all < 2; ++pass_all) {
-    if (const auto found = passed_.find(geom); found != passed_.end()) return &last_[found->second];
-    if (next_ == last_.size()) return nullptr;
-    const std::size_t end = std::min(next_ + ahead, last_.size());
-    for (std::size_t place = next_; place < end && !pass_all; ++place) {
-      if (last_[place].geom != geom) continue;
-      pass(place);
-      return &last_[next_++];
-    }
-    pass(last_.size());
-  }
-  return nullptr;
+  if (places_.empty())
+    for (std::size_t place = 0; place < last_.size(); ++place) places_[last_[place].geom] = place;
+  const auto found = places_.find(geom);
+  if (found == places_.end()) return nullptr;
+  next_ = found->second + 1;
+  return &last_[found->second];
 }
 
 void Facts::see(dGeomID a, dGeomID b) {
   const ScopedMode mode(exactMode());
-  ++all_;
-  static_pairs_ += PairRule(of_static).isLeftOut(a, b);
-  asleep_ += PairRule(of_asleep).isLeftOut(a, b);
-  clear_ += areClearByPlane(a, b);
-  kept_awake_ += isKeptAwake(a->body, b->body) || isKeptAwake(b->body, a->body);
+  ++counts_[pairs];
+  counts_[of_statics] += PairRule(of_static).isLeftOut(a, b);
+  counts_[of_sleepers] += PairRule(of_asleep).isLeftOut(a, b);
+  counts_[clear] += areClearByPlane(a, b);
+  counts_[kept_awake] += isKeptAwake(a->body, b->body) || isKeptAwake(b->body, a->body);
 }
 
 void Facts::endFrame(dxSpace* space, bool any_moved) try {
-  ++frames_;
+  ++counts_[frames];
   facts_[fast].now = facts_[swept].now = 0;
   if (any_moved) {
     const ScopedMode mode(exactMode());
@@ -92,11 +81,11 @@ void Facts::endFrame(dxSpace* space, bool any_moved) try {
   last_ = LastGeoms();
 }
 
-void Facts::seeSpace(dxSpace* space, bool counts) {
+void Facts::seeSpace(dxSpace* space, bool of_space) {
   const ParallelSAPSpace* const own = parallelSAPSpace(space);
   const Kind kind = own && own->sweptBounds() > 0 ? swept : fast;
   for (dxGeom* geom = space->first; geom; geom = geom->next) {
-    geoms_ += counts;
+    counts_[geoms] += of_space;
     // What a callback moved or put there is new in the next frame.
     if (geom->gflags & GEOM_DIRTY || !isEnabled(geom) || geom->type == dRayClass) continue;
     if (IS_SPACE(geom))
@@ -104,7 +93,7 @@ void Facts::seeSpace(dxSpace* space, bool counts) {
     else if (hasNaN(geom))
       note(invalid, geom, 0);
     else if (isPlain(geom))
-      static_ += seeGeom(geom, kind) && counts && !geom->body;
+      counts_[statics] += seeGeom(geom, kind) && of_space && !geom->body;
   }
 }
 
@@ -155,14 +144,7 @@ void Facts::add(const Facts& other) {
     fact.worst = more.worst;
     fact.geom = more.geom;
   }
-  frames_ += other.frames_;
-  geoms_ += other.geoms_;
-  static_ += other.static_;
-  all_ += other.all_;
-  static_pairs_ += other.static_pairs_;
-  asleep_ += other.asleep_;
-  clear_ += other.clear_;
-  kept_awake_ += other.kept_awake_;
+  for (std::size_t i = 0; i < counts; ++i) counts_[i] += other.counts_[i];
 }
 
 std::vector<std::string> Facts::lines(const FrameTimes& frame) const {
@@ -183,15 +165,15 @@ std::vector<std::string> Facts::lines(const FrameTimes& frame) const {
   for (std::size_t kind = 0; kind < kinds; ++kind) {
     const Fact& fact = facts_[kind];
     if (fact.most == 0) continue;
-    const std::string what =
-        kind == invalid ? std::string(texts[kind]) : print(texts[kind], fact.worst);
-    all.push_back(print("up to %zu geoms at once ", fact.most) + what +
-                  print(" (geom %p); in %llu of %llu frames", fact.geom, fact.frames, frames_));
+    all.push_back(
+        print("up to %zu geoms at once ", fact.most) + print(texts[kind], fact.worst) +
+        print(" (geom %p); in %llu of %llu frames", fact.geom, fact.frames, counts_[frames]));
   }
-  const auto shareOf = [](unsigned long long part, unsigned long long whole) {
-    return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+  const auto shareOf = [this](Count part, Count whole) {
+    const auto count = [this](Count of) { return static_cast<double>(counts_[of]); };
+    return counts_[whole] ? count(part) / count(whole) : 0;
   };
-  if (const double share = shareOf(kept_awake_, all_); share >= least_share)
+  if (const double share = shareOf(kept_awake, pairs); share >= least_share)
     all.push_back(print(
         "%.0f %% of the pairs have a body at rest that an enabled kinematic body keeps awake, so "
         "ODE_PARALLEL_SAP_SKIP_ASLEEP=1 leaves none of them out",
@@ -204,13 +186,13 @@ std::vector<std::string> Facts::lines(const FrameTimes& frame) const {
     options += print("%s would leave out %.0f %% of the %s (%s), at most %.2g of %.2g ms", option,
                      100 * share, of, which, share * ms, frame.all_ms);
   };
-  const auto namePairs = [&](unsigned long long pairs, const char* option, const char* which) {
-    name(shareOf(pairs, all_), frame.pairs_ms, option, "pairs", which);
+  const auto namePairs = [&](Count part, const char* option, const char* which) {
+    name(shareOf(part, pairs), frame.pairs_ms, option, "pairs", which);
   };
-  namePairs(static_pairs_, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");
-  namePairs(asleep_, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");
-  namePairs(clear_, "ODE_PARALLEL_SAP_CULL_PLANES=1", "a plane and a geom clear of it");
-  if (const double share = shareOf(static_, geoms_);
+  namePairs(of_statics, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");
+  namePairs(of_sleepers, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");
+  namePairs(clear, "ODE_PARALLEL_SAP_CULL_PLANES=1", "a plane and a geom clear of it");
+  if (const double share = shareOf(statics, geoms);
       share * frame.update_ms >= least_share * frame.all_ms)
     name(share, frame.update_ms, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "geoms from the update",
          "without a body");

@@ -14,7 +14,7 @@
 namespace ode_parallel_sap {
 
 // The geoms of all spaces in one, as they were in its last frame, in the order in which that was
-// gone through. It is mostly that of this frame: a stock space puts a geom that moves first.
+// gone through. This frame's is like it: a stock space puts a geom that moves first.
 class LastGeoms {
  public:
   using Box = std::array<dReal, 6>;
@@ -29,7 +29,7 @@ class LastGeoms {
   void begin() {
     last_.swap(now_);
     now_.clear();
-    passed_.clear();
+    places_.clear();
     next_ = 0;
   }
   // What a geom was; null if it is new.
@@ -37,18 +37,16 @@ class LastGeoms {
   void add(const Geom& geom) { now_.push_back(geom); }
 
  private:
-  void pass(std::size_t end);
-
   std::vector<Geom> now_, last_;
   std::size_t next_ = 0;                                   // in last_
-  std::unordered_map<const dxGeom*, std::size_t> passed_;  // what it went past
+  std::unordered_map<const dxGeom*, std::size_t> places_;  // in last_, once the order differs
 };
 
 // Counts the pairs of one frame in `interval`, and sees all geoms after each frame before which any
 // moved. Nothing but the lines depends on it.
 class Facts final : public SpaceObserver {
  public:
-  bool isDue() override { return frames_ % interval == 0; }
+  bool isDue() override { return counts_[frames] % interval == 0; }
   void see(dGeomID a, dGeomID b) override;
   void endFrame(dxSpace* space, bool any_moved) override;
   std::vector<std::string> lines(const FrameTimes& frame) const override;
@@ -67,16 +65,16 @@ class Facts final : public SpaceObserver {
     const void* geom = nullptr;
   };
 
-  void seeSpace(dxSpace* space, bool counts);
+  void seeSpace(dxSpace* space, bool of_space);
   bool seeGeom(dxGeom* geom, Kind kind);
   void note(Kind kind, const dxGeom* geom, double measure);
 
   LastGeoms last_;
   std::array<Fact, kinds> facts_;
-  unsigned long long frames_ = 0;
-  unsigned long long geoms_ = 0, static_ = 0;  // of the space itself; without a body, and still
-  // Pairs, of which some are clear of a plane, or have a body at rest that is kept awake.
-  unsigned long long all_ = 0, static_pairs_ = 0, asleep_ = 0, clear_ = 0, kept_awake_ = 0;
+  // Frames; geoms of the space itself, and those without a body and still; pairs, and those that an
+  // option leaves out, or that have a body at rest that is kept awake.
+  enum Count { frames, geoms, statics, pairs, of_statics, of_sleepers, clear, kept_awake, counts };
+  std::array<unsigned long long, counts> counts_ = {};
 };
 
 }  // namespace ode_parallel_sap

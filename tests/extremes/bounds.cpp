@@ -43,25 +43,6 @@ void nothingButInfinite(Scene& scene, int) {
   }
 }
 
-void planes(Scene& scene, int frame) {
-  if (frame == 0) {
-    scene.addUnitBoxes(scene.size);
-    for (int i = 0; i < 40; ++i) {
-      dReal normal[3] = {0, 0, 0};
-      normal[i % 3] = i % 2 ? 1 : -1;
-      if (i >= 20) normal[(i + 1) % 3] = dReal(0.3);
-      scene.marked.push_back(
-          scene.take(dCreatePlane(scene.space(), normal[0], normal[1], normal[2], 0)));
-    }
-  }
-  for (const dGeomID plane : scene.marked) {
-    dVector4 parameters;
-    dGeomPlaneGetParams(plane, parameters);
-    dGeomPlaneSetParams(plane, parameters[0], parameters[1], parameters[2],
-                        scene.between(-1, 1) * real(scene.side()));
-  }
-}
-
 // Infinite sizes of ODE's own classes: some of their bounds are infinite, others NaN.
 void infiniteClasses(Scene& scene, int frame) {
   if (frame == 0) {
@@ -131,14 +112,6 @@ void nanSize(Scene& scene, int frame) {
   }
 }
 
-void nanEverywhere(Scene& scene, dGeomID geom, int frame) {
-  if (isSick(frame)) {
-    scene.place(geom, kNaN, kNaN, kNaN);
-  } else {
-    scene.placeAnywhere(geom);
-  }
-}
-
 void zeroSizes(Scene& scene, int) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     if (!scene.random.chance(0.3)) continue;
@@ -170,15 +143,6 @@ void invertedInfinite(Scene& scene, int frame) {
   }
 }
 
-// What a user class says of itself has nothing to do with where it is.
-void boundsElsewhere(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    const dGeomID geom = frame == 0 ? scene.addUserBox(unitBounds(scene)) : scene.geoms()[i];
-    if (frame && scene.random.chance(0.3)) setUserBounds(geom, unitBounds(scene));
-    scene.place(geom, dReal(1e20), scene.between(-1e9, 1e9), 0);
-  }
-}
-
 // It changes its mind without a word to ODE: what counts is what it said when it last moved.
 void boundsChangeUnasked(Scene& scene, int frame) {
   for (std::size_t i = 0; i < scene.size; ++i) {
@@ -187,23 +151,6 @@ void boundsChangeUnasked(Scene& scene, int frame) {
     if (frame) userBoxData(geom).bounds = unitBounds(scene);
     if (scene.random.chance(0.2)) scene.place(geom, 0, 0, 0);
   }
-}
-
-// An AABBTest that is no function of the boxes, of one side only, and changes from frame to frame.
-int capricious(dGeomID self, dGeomID other, dReal[6]) {
-  return (13 * number(self) + 7 * number(other) + userBoxData(self).mood) % 5 != 0;
-}
-
-void testsChange(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    if (frame == 0 && i % 3) {
-      scene.take(createUserBox(scene.space(), unitBounds(scene), false, capricious));
-    } else if (frame == 0) {
-      scene.addUnitBoxes(1);
-    }
-    if (i % 3) userBoxData(scene.geoms()[i]).mood = static_cast<unsigned>(frame);
-  }
-  if (frame > 1) scene.placeAnywhere(scene.geoms()[0]);
 }
 
 }  // namespace
@@ -219,19 +166,15 @@ Extremes extremeBounds() {
   }
   all.push_back({"boxes infinite in all directions", infinite(0, 2, true, true)});
   all.push_back({"nothing but infinite boxes", nothingButInfinite, 700});
-  all.push_back({"forty moving planes, half of them oblique", planes, 1500});
   all.push_back({"ODE's classes with infinite sizes and places", infiniteClasses});
   all.push_back({"NaN positions", onUnitBoxes(nanPosition)});
   all.push_back({"NaN rotations", onUnitBoxes(nanRotation)});
   all.push_back({"NaN velocities, then a time step", nanBody, 1500});
   all.push_back({"NaN bounds of user classes", nanSize});
-  all.push_back({"every geom NaN", eachUnitBox(nanEverywhere)});
   all.push_back({"zero-sized boxes, coming and going", onUnitBoxes(zeroSizes)});
   all.push_back({"inverted boxes", inverted, 1500});
   all.push_back({"inverted and infinite boxes", invertedInfinite});
-  all.push_back({"bounds that have nothing to do with the place", boundsElsewhere, 1500});
   all.push_back({"bounds that change unasked", boundsChangeUnasked, 1500});
-  all.push_back({"an AABBTest that changes its mind", testsChange, 1500});
   return all;
 }
 

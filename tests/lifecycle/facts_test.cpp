@@ -309,15 +309,16 @@ TEST_CASE("Geoms too far for dReal and those with NaN are named, in sub-spaces t
   const double step = static_cast<double>(std::numeric_limits<dReal>::epsilon());
   for (const Place place : kPlaces) {
     INFO("place " << (&place - kPlaces));
-    const auto said = [&](double far, bool nan) {
+    const auto said = [&](double far, bool nan, bool disabled = false) {
       return saidOf(
           [&](World& world) {
             const dSpaceID own = place(world.space());
             for (int i = 0; i < 5; ++i)
               dGeomSetPosition(dCreateBox(own, 1, 2, 3), dReal(i < 2 ? far : 0), dReal(5 * i), 0);
-            if (nan)
-              dGeomSetPosition(dCreateSphere(own, 1), std::numeric_limits<dReal>::quiet_NaN(), 0,
-                               0);
+            if (!nan) return;
+            const dGeomID sick = dCreateSphere(own, 1);
+            dGeomSetPosition(sick, std::numeric_limits<dReal>::quiet_NaN(), 0, 0);
+            if (disabled) dGeomDisable(sick);
           },
           3, [](int) {});
     };
@@ -329,6 +330,7 @@ TEST_CASE("Geoms too far for dReal and those with NaN are named, in sub-spaces t
               "than 1/512 of their smallest side; at the worst 0.01 sides"));
     CHECK(has(far, "; in 3 of 3 frames"));
     CHECK(has(said(0, true), "up to 1 geoms at once had NaN bounds and were in no pair"));
+    CHECK(said(0, true, true) == "");
   }
 }
 
@@ -394,10 +396,11 @@ TEST_CASE("Pairs that a kinematic body keeps awake are named", "[facts]") {
 }
 
 TEST_CASE("Static geoms that touch nothing are named where the update reads them", "[facts]") {
-  const Populate shelves = [](World& world) {
+  Place place = itself;
+  const Populate shelves = [&place](World& world) {
+    const dSpaceID own = place(world.space());
     for (int i = 0; i < 20000; ++i)
-      dGeomSetPosition(world.take(dCreateBox(world.space(), 1, 1, 1)), dReal(3 * (i % 200)),
-                       dReal(3 * (i / 200)), 0);
+      dGeomSetPosition(dCreateBox(own, 1, 1, 1), dReal(3 * (i % 200)), dReal(3 * (i / 200)), 0);
     const dGeomID geom = world.take(dCreateBox(world.space(), 1, 1, 1));
     dGeomSetPosition(geom, 0, 0, 50);
     world.giveBody(geom);
@@ -421,4 +424,20 @@ TEST_CASE("Static geoms that touch nothing are named where the update reads them
     collidePlainly(space);
   });
   CHECK(!has(moving, "100 % of the geoms"));
+  // The option of a space is not that of its sub-spaces.
+  place = dSimpleSpaceCreate;
+  const Populate beside = [&shelves](World& world) {
+    shelves(world);
+    for (int i = 0; i < 300; ++i)
+      dBodySetPosition(world.giveBody(world.take(dCreateBox(world.space(), 1, 1, 1))), dReal(3 * i),
+                       0, 90);
+  };
+  const std::string nested = lineOf(beside, [](dSpaceID space) {
+    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
+      if (const dBodyID body = dGeomGetBody(dSpaceGetGeom(space, i)))
+        dBodySetPosition(body, dBodyGetPosition(body)[0] + dReal(0.01), 0, 90);
+    collidePlainly(space);
+  });
+  INFO(nested);
+  CHECK(!has(nested, "of the geoms from the update"));
 }
