@@ -87,26 +87,6 @@ TEST_CASE("A NaN bound leaves its geom out, is reported once, counted always, an
   }
 }
 
-TEST_CASE("A geom with a NaN bound is in no pair of dSpaceCollide2", "[bounds]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.take(dCreateSphere(space, 1));
-    const dGeomID sick = world.take(createUserBox(space, {0, 1, 0, kSignalling, 0, 1}));
-    const dGeomID probe = dCreateSphere(nullptr, 1);
-    setNumber(probe, 9);
-    const Messages messages;
-    const FloatingPointMode trapping(FloatingPointMode::kTrapping);
-    INFO(configuration.name);
-    CHECK(difference(collide2(space, probe), {{0, 9}}) == "");
-    dSpaceRemove(space, sick);
-    CHECK(collide2(space, sick).empty());
-    CHECK(collide2(sick, space.geom()).empty());
-    CHECK(messages.all().size() == 1);  // of the geom that was asked about, once
-    dGeomDestroy(probe);
-  }
-}
-
 TEST_CASE("A ray of infinite length along an axis is paired with what is on its way", "[bounds]") {
   for (const Configuration& configuration : configurations()) {
     for (const std::size_t n : {1, 100, 1500}) {
