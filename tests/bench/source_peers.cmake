@@ -2,7 +2,6 @@
 # (README.md says which version and how to get it), and is left out where that is empty.
 set(ODE_PARALLEL_SAP_BENCH_PHYSX "" CACHE PATH "PhysX 5, the directory that has source/ and include/")
 set(ODE_PARALLEL_SAP_BENCH_JOLT "" CACHE PATH "Jolt Physics, the directory that has Jolt/ and Build/")
-set(ODE_PARALLEL_SAP_BENCH_BOX3D "" CACHE PATH "Box3D, the directory that has src/ and include/")
 
 # source_is_there(<result> <directory> <a file of it>): true, false where none is named, and an error
 # where another directory was.
@@ -60,30 +59,12 @@ function(add_jolt root)
   add_subdirectory(${root}/Build ${CMAKE_CURRENT_BINARY_DIR}/jolt EXCLUDE_FROM_ALL)
 endfunction()
 
-# By its own build, with our glue, which reaches behind its interface and is C as that is.
-function(add_box3d root)
-  set(BUILD_SHARED_LIBS OFF)
-  foreach(option BOX3D_SAMPLES BOX3D_UNIT_TESTS BOX3D_BENCHMARKS BOX3D_DOCS BOX3D_VALIDATE)
-    set(${option} OFF)
-  endforeach()
-  set(FETCHCONTENT_BASE_DIR ${CMAKE_CURRENT_BINARY_DIR}/box3d-fetched)
-  add_subdirectory(${root} ${CMAKE_CURRENT_BINARY_DIR}/box3d EXCLUDE_FROM_ALL)
-  add_foreign_library(bench-box3d peers/box3d_world.c)
-  set_target_properties(bench-box3d PROPERTIES C_STANDARD 17 C_EXTENSIONS ON)
-  target_include_directories(bench-box3d PRIVATE ${root}/src)
-  target_link_libraries(bench-box3d PUBLIC box3d Threads::Threads)
-endfunction()
-
 source_is_there(physx_FOUND "${ODE_PARALLEL_SAP_BENCH_PHYSX}" source/lowlevelaabb/include/BpBroadPhase.h)
 source_is_there(jolt_FOUND "${ODE_PARALLEL_SAP_BENCH_JOLT}" Build/CMakeLists.txt)
-source_is_there(box3d_FOUND "${ODE_PARALLEL_SAP_BENCH_BOX3D}" src/broad_phase.h)
 
 if(physx_FOUND)
   add_physx(${ODE_PARALLEL_SAP_BENCH_PHYSX})
 endif()
 if(jolt_FOUND)
   add_jolt(${ODE_PARALLEL_SAP_BENCH_JOLT})
-endif()
-if(box3d_FOUND)
-  add_box3d(${ODE_PARALLEL_SAP_BENCH_BOX3D})
 endif()

@@ -42,10 +42,6 @@ void fillWithAll(ContactScene& scene, std::size_t n, std::uint64_t seed) {
     scene.add(kind, 6, seed);
 }
 
-struct Stop : std::runtime_error {
-  Stop() : std::runtime_error("stop") {}
-};
-
 // As ODE's own without libccd, says nothing of the sides.
 int collideWithoutSides(dGeomID o1, dGeomID o2, int, dContactGeom* contact, int) {
   contact->pos[0] = contact->pos[1] = contact->pos[2] = 0;
@@ -53,23 +49,6 @@ int collideWithoutSides(dGeomID o1, dGeomID o2, int, dContactGeom* contact, int)
   contact->g1 = o1;
   contact->g2 = o2;
   return 1;
-}
-
-// Different for neighbouring pairs, and the same whenever asked.
-int flagsByClass(void*, dGeomID o1, dGeomID o2) {
-  const int sum = 3 * dGeomGetClass(o1) + 5 * dGeomGetClass(o2);
-  return sum % 4 | (sum % 3 ? 0 : dParallelSAPOnCallingThread);
-}
-
-// None of a pair that touches only, and one that is changed of others.
-int keepDeepest(void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
-  const auto deepest = std::max_element(
-      contacts, contacts + count,
-      [](const dContactGeom& a, const dContactGeom& b) { return a.depth < b.depth; });
-  const bool touches_only = deepest->depth < dReal(0.05);
-  std::swap(*contacts, *deepest);
-  contacts->depth /= 2;
-  return touches_only ? 0 : 1;
 }
 
 }  // namespace
@@ -150,76 +129,6 @@ TEST_CASE("The threads of pairs and of contacts are told apart", "[narrow]") {
   CHECK(statsOf(space).threads == finding);
 }
 
-TEST_CASE("Flags hold for each pair, and a reduce callback chooses and changes contacts",
-          "[narrow]") {
-  const std::uint64_t seed = seedOr(85);
-  const Space space;
-  ContactScene scene(space);
-  fillWithAll(scene, 1200, seed);
-  for (dParallelSAPReduceCallback* const reduce :
-       {static_cast<dParallelSAPReduceCallback*>(nullptr), keepDeepest}) {
-    SerialLoop loop;
-    loop.flags_of = flagsByClass;
-    loop.reduce = reduce;
-    const Contacts expected = serialContacts(space, loop);
-    REQUIRE(expected.size() > 100);
-    REQUIRE(expected.size() < serialContacts(space, {reduce ? 1 : 3}).size());
-    for (const int threads : kThreads) {
-      CAPTURE(threads, reduce != nullptr);
-      dParallelSAPSpaceSetNumThreads(space, threads);
-      REQUIRE(difference(parallelContacts(space, 64, {nullptr, flagsByClass, reduce, nullptr}),
-                         expected) == "");
-      CHECK(statsOf(space).contacts == expected.size());
-    }
-  }
-}
-
-TEST_CASE("A callback that throws leaves the space usable", "[narrow]") {
-  struct Thrower {
-    static void contacts(void* left, dGeomID, dGeomID, const dContactGeom*, int) {
-      if (--*static_cast<int*>(left) == 0) throw Stop();
-    }
-    static int flags(void*, dGeomID o1, dGeomID) {
-      if (dGeomGetClass(o1) == dCapsuleClass) throw Stop();
-      return 4;
-    }
-    static int reduce(void*, dGeomID, dGeomID, dContactGeom*, int) { throw Stop(); }
-    static void spaces(void*, dGeomID, dGeomID, void*) { throw Stop(); }
-  };
-  const Space space;
-  ContactScene scene(space);
-  fillWithAll(scene, 1000, seedOr(87));
-  const Contacts expected = serialContacts(space, {4});
-  for (const int threads : kThreads) {
-    CAPTURE(threads);
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    int left = 100;
-    dParallelSAPContactCallbacks callbacks = {Thrower::contacts, nullptr, nullptr, nullptr};
-    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
-    CHECK(left == 0);
-    dParallelSAPStats stats;
-    dParallelSAPSpaceGetStats(space, &stats);
-    CHECK(stats.contacts > 100);  // found, though not all of them were reported
-    CHECK(stats.narrow_ms > 0);
-    left = 1;
-    callbacks.flags = Thrower::flags;
-    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
-    CHECK(left == 1);
-    callbacks = {Thrower::contacts, nullptr, Thrower::reduce, nullptr};
-    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
-    CHECK(left == 1);
-    // A locked space would refuse this.
-    const dGeomID geom = dCreateSphere(space, 100);
-    const dSpaceID inner = dSimpleSpaceCreate(space);
-    dCreateSphere(inner, 1);
-    callbacks = {Thrower::contacts, nullptr, nullptr, Thrower::spaces};
-    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
-    dGeomDestroy(geom);
-    dSpaceDestroy(inner);
-    REQUIRE(difference(parallelContacts(space, 4), expected) == "");
-  }
-}
-
 TEST_CASE("After a flags callback without memory all contacts come all the same", "[narrow]") {
   const Space space;
   ContactScene scene(space);
@@ -237,103 +146,6 @@ TEST_CASE("After a flags callback without memory all contacts come all the same"
     CHECK(difference(parallelContacts(space, 0, {nullptr, flags, nullptr, nullptr}), expected) ==
           "");
     CHECK(left < 0);
-  }
-}
-
-TEST_CASE("A contact callback may collide the same space", "[narrow]") {
-  struct Nested {
-    dSpaceID space;
-    int left;
-    Contacts outer, inner;
-    static void contacts(void* data, dGeomID o1, dGeomID o2, const dContactGeom* found, int count) {
-      Nested& self = *static_cast<Nested*>(data);
-      recordContacts(&self.outer, o1, o2, found, count);
-      if (--self.left == 0) self.inner = parallelContacts(self.space, 2);
-    }
-  };
-  for (const std::size_t n : {20, 800}) {
-    const Space space;
-    ContactScene scene(space);
-    fillWithAll(scene, n, seedOr(88));
-    dParallelSAPSpaceSetNumThreads(space, 3);
-    Nested nested = {space, 5, {}, {}};
-    const dParallelSAPContactCallbacks callbacks = {Nested::contacts, nullptr, nullptr, nullptr};
-    dParallelSAPSpaceCollideContacts(space, &nested, 8, &callbacks);
-    CHECK(difference(nested.outer, serialContacts(space, {8})) == "");
-    CHECK(!nested.inner.empty());
-    CHECK(difference(nested.inner, serialContacts(space, {2})) == "");
-  }
-}
-
-namespace {
-
-// Models of a few geoms each in simple spaces, some within others, and loose geoms between them.
-struct Models {
-  const std::vector<Kind> kinds = allKinds();
-  std::vector<dSpaceID> spaces;
-  ContactScene scene;
-
-  Models(dSpaceID space, int models, std::uint64_t seed) : scene(space) {
-    const double side = 0.8 * std::cbrt(5.0 * models);
-    for (int i = 0; i < models; ++i) {
-      const bool within = i % 4 == 3;
-      const dSpaceID parent = within ? spaces.back() : space;
-      spaces.push_back(i % 5 == 0   ? dHashSpaceCreate(parent)
-                       : i % 5 == 1 ? dParallelSAPSpaceCreate(parent)
-                                    : dSimpleSpaceCreate(parent));
-      dSpaceSetSublevel(spaces.back(), within ? 2 : 1);
-      dSpaceSetCleanup(spaces.back(), 0);
-      const Kind kind = kinds[static_cast<std::size_t>(i) % kinds.size()];
-      for (std::uint64_t part = 0; part < 4; ++part)
-        scene.add(kind, side, seed + 10 * static_cast<std::uint64_t>(i) + part, spaces.back());
-      scene.add(kind, side, seed + 10 * static_cast<std::uint64_t>(i) + 9);
-    }
-  }
-  ~Models() {
-    for (auto space = spaces.rbegin(); space != spaces.rend(); ++space) dSpaceDestroy(*space);
-  }
-};
-
-}  // namespace
-
-TEST_CASE("Pairs with spaces are resolved as dSpaceCollide2 would", "[narrow]") {
-  const std::uint64_t seed = seedOr(89);
-  for (const int models : {4, 60}) {
-    const Space space;
-    Models world(space, models, seed);
-    const Contacts expected = serialContacts(space, {8});
-    REQUIRE(expected.size() > static_cast<std::size_t>(2 * models));
-    for (const int threads : kThreads) {
-      INFO(models << " models, " << threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      dParallelSAPSpaceSetNumThreads(space, threads);
-      REQUIRE(difference(parallelContacts(space, 8), expected) == "");
-    }
-  }
-}
-
-TEST_CASE("A spaces callback decides what is collided in the place of its pair", "[narrow]") {
-  struct Spaces {
-    static void inside(void*, dGeomID o1, dGeomID o2, void* pairs) {
-      dSpaceCollide2(o1, o2, pairs, dParallelSAPAddPair);
-      for (const dGeomID geom : {o1, o2})
-        if (dGeomIsSpace(geom))
-          dSpaceCollide(reinterpret_cast<dSpaceID>(geom), pairs, dParallelSAPAddPair);
-    }
-    static void none(void*, dGeomID, dGeomID, void*) {}
-  };
-  const Space space;
-  Models world(space, 60, seedOr(90));
-  SerialLoop loop = {8};
-  loop.inside = true;
-  const Contacts expected = serialContacts(space, loop);
-  REQUIRE(expected.size() > serialContacts(space, {8}).size());
-  dParallelSAPSpaceSetNumThreads(space, 3);
-  CHECK(difference(parallelContacts(space, 8, {nullptr, nullptr, nullptr, Spaces::inside}),
-                   expected) == "");
-  for (const Contact& contact :
-       parallelContacts(space, 8, {nullptr, nullptr, nullptr, Spaces::none})) {
-    CHECK(dGeomGetSpace(contact.o1) == space);
-    CHECK(dGeomGetSpace(contact.o2) == space);
   }
 }
 

@@ -47,34 +47,26 @@ void withAllSets(const std::vector<sap_test::Box>& scene, Visit visit) {
 
 TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles") {
   const std::uint64_t seed = sap_test::seedOr(1);
-  INFO("seed " << seed);
-  const KernelSet& best = kernelSet();
-  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
-    chooseKernelSet(**set);
-    for (const sap_test::BoxScene& scene : sap_test::boxScenes())
-      for (const bool wide : {false, true})
-        for (const bool filtered : {false, true}) {
-          INFO((*set)->name << ", " << scene.name << (wide ? ", doubles" : ", floats")
-                            << (filtered ? ", filtered" : ""));
-          const Case wanted = makeCase(scene.make(701, seed), wide, filtered);
-          Sweep<float> sweep;
-          Sweep<double> wide_sweep;
-          BruteForce<float> brute_force;
-          BruteForce<double> wide_brute_force;
-          PairFinder& first = wide ? static_cast<PairFinder&>(wide_sweep) : sweep;
-          PairFinder& second = wide ? static_cast<PairFinder&>(wide_brute_force) : brute_force;
-          PairList swept, tested;
-          const std::vector<Pair> pairs = found(first, wanted.boxes, 2, swept);
-          check(pairs, wanted);
-          checkDecidedRuns(swept);
-          check(found(second, wanted.boxes, 3, tested), wanted);
-          checkDecidedRuns(tested);
-          AxisLists axis_lists;
-          REQUIRE(found(axis_lists, wanted.boxes, 3, tested) == pairs);
-          checkDecidedRuns(tested);
-        }
+  for (const sap_test::BoxScene& scene : sap_test::boxScenes()) {
+    INFO(scene.name << ", seed " << seed);
+    withAllSets(scene.make(701, seed), [](const Case& wanted, bool wide) {
+      Sweep<float> sweep;
+      Sweep<double> wide_sweep;
+      BruteForce<float> brute_force;
+      BruteForce<double> wide_brute_force;
+      PairFinder& first = wide ? static_cast<PairFinder&>(wide_sweep) : sweep;
+      PairFinder& second = wide ? static_cast<PairFinder&>(wide_brute_force) : brute_force;
+      PairList swept, tested;
+      const std::vector<Pair> pairs = found(first, wanted.boxes, 2, swept);
+      check(pairs, wanted);
+      checkDecidedRuns(swept);
+      check(found(second, wanted.boxes, 3, tested), wanted);
+      checkDecidedRuns(tested);
+      AxisLists axis_lists;
+      REQUIRE(found(axis_lists, wanted.boxes, 3, tested) == pairs);
+      checkDecidedRuns(tested);
+    });
   }
-  chooseKernelSet(best);
 }
 
 TEST_CASE("Cells that are more than are gathered at a time are met once each") {

@@ -102,14 +102,6 @@ __attribute__((noinline)) bool isLeft(Way way) {
   return false;
 }
 
-// From further down the stack.
-__attribute__((noinline)) void collideDeeper(Way way) {
-  char room[20000];
-  asm volatile("" : : "r"(room) : "memory");
-  isLeft(way);
-  asm volatile("" : : "r"(room) : "memory");
-}
-
 // Such spaces stay locked, so ODE does not let go of them: they stay to the end of the program.
 std::vector<World*>& worlds() {
   static auto& all = *new std::vector<World*>;
@@ -130,22 +122,6 @@ World& newWorld(std::size_t n, int threads) {
   return world;
 }
 
-// What ODE lets one do to a locked space: geoms are switched on and off and, where it has no
-// assertions, moved.
-void change(World& world, Random& random) {
-  for (int i = 0; i < 5; ++i) {
-    const dGeomID geom = world.geoms()[random.below(world.geoms().size())];
-    if (dGeomIsEnabled(geom))
-      dGeomDisable(geom);
-    else
-      dGeomEnable(geom);
-    dParallelSAPSpaceNotify(script.space, geom);
-    if (odeHasAssertions()) continue;
-    const dReal* const at = dGeomGetPosition(geom);
-    dGeomSetPosition(geom, at[0] + static_cast<dReal>(random.between(-0.5, 0.5)), at[1], at[2]);
-  }
-}
-
 long virtualKilobytes() {
   long pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
@@ -153,58 +129,6 @@ long virtualKilobytes() {
 }
 
 }  // namespace
-
-TEST_CASE("After a callback was left by longjmp pairs and events are right", "[longjmp]") {
-  const std::uint64_t seed = seedOr(701);
-  for (const std::size_t n : {8, 100, 300, 1500})
-    for (const bool notified : {false, true}) {
-      World& world = newWorld(n, notified ? 2 : 1);
-      Random random(seed);
-      dParallelSAPSpaceSetNotified(script.space, notified);
-      dParallelSAPSpaceSetEvents(script.space, 1);
-      const EventsOracle::Geoms geoms = EventsOracle::byNumber(world.geoms());
-      EventsOracle oracle;
-      int left = 0;
-      const int frames = scaled(80);
-      for (int frame = 0; frame < frames; ++frame) {
-        INFO(n << " geoms, " << (notified ? "notified, " : "") << "frame " << frame
-               << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-        if (random.chance(0.7)) change(world, random);
-        const Way way = static_cast<Way>(random.below(kEntries));
-        script.nested_way = static_cast<Way>(random.below(kWays));
-        const std::size_t calls = n * 2;
-        script.until_nested = random.chance(0.5) ? 1 + static_cast<long>(random.below(calls)) : 0;
-        script.until_left = random.chance(0.5) ? 1 + static_cast<long>(random.below(calls)) : 0;
-        const bool was_left = isLeft(way);
-        left += was_left;
-        const Pairs reported = script.pairs, expected = expectedPairs(world.geoms());
-        REQUIRE(std::includes(expected.begin(), expected.end(), reported.begin(), reported.end()));
-        if (!was_left && way != kContacts) REQUIRE(difference(reported, expected) == "");
-        REQUIRE(oracle.check(script.space, expected, geoms) == "");
-        script.until_left = script.until_nested = 0;
-        if (frame % 10 == 9) {
-          // Its pairs are right; nobody knows that it is within no callback.
-          script.until_left = 1;
-          isLeft(kNear);
-          script.until_left = 0;
-          collideDeeper(kNear);
-          REQUIRE(difference(script.pairs, expected) == "");
-        }
-        if (frame % 4 == 3) {
-          script.until_left = 1 + static_cast<long>(random.below(2));
-          isLeft(static_cast<Way>(kQuery + random.below(kWays - kQuery)));
-          script.until_left = 0;
-          isLeft(kQuery);
-          Pairs hits;
-          for (const dGeomID geom : world.geoms())
-            if (takesPart(geom) && mayTouch(geom, script.probe))
-              hits.emplace_back(number(geom), number(script.probe));
-          REQUIRE(difference(script.pairs, hits) == "");
-        }
-      }
-      CHECK((left > frames / 32 || frames < 80));
-    }
-}
 
 TEST_CASE("Callbacks that are left by longjmp leave at most one frame's lists", "[longjmp]") {
   for (int way = 0; way < kWays; ++way)

@@ -13,6 +13,7 @@
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
+#include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/moving_scene.h"
 #include "support/oracle.h"
@@ -153,6 +154,104 @@ TEST_CASE("However all moves and the space is set, the pairs are those that its 
       for (const std::size_t n : sizes) play(configurations()[0], motion, setting, n);
       for (std::size_t i = 1; i < configurations().size(); ++i)
         play(configurations()[i], motion, setting, sizes[(setting + motion + i) % 4]);
+    }
+}
+
+namespace {
+
+// One of the things that programs do between frames of boxes that have nothing special; seldom one
+// that makes them special.
+void changePlain(World& world, Random& random, std::size_t& next) {
+  const dSpaceID space = world.space();
+  const dGeomID geom = world.geoms()[random.below(world.geoms().size())];
+  switch (random.below(random.chance(0.9) ? 8 : 15)) {
+    case 0: {
+      const int methods[] = {dParallelSAPMethodSweep, dParallelSAPMethodBruteForce};
+      dParallelSAPSpaceSetMethod(
+          space, random.chance(0.6) ? dParallelSAPMethodAuto : methods[random.below(2)]);
+      break;
+    }
+    case 1:
+      dParallelSAPSpaceSetSkipStatic(space, !dParallelSAPSpaceGetSkipStatic(space));
+      break;
+    case 2:
+      dParallelSAPSpaceSetSkipAsleep(space, !dParallelSAPSpaceGetSkipAsleep(space));
+      break;
+    case 3:
+      dParallelSAPSpaceSetCullPlanes(space, !dParallelSAPSpaceGetCullPlanes(space));
+      break;
+    case 4:
+      dParallelSAPSpaceSetTrace(space, random.chance(0.5) ? "/dev/null" : nullptr, 1);
+      break;
+    case 5:
+      (void)statsOf(space);
+      break;
+    case 6:
+      world.jitter(0.1, random.bits());
+      break;
+    case 7:
+      world.jitter(0.1, random.bits());
+      dSpaceClean(space);
+      break;
+    case 8:
+      dGeomIsEnabled(geom) ? dGeomDisable(geom) : dGeomEnable(geom);
+      break;
+    case 9:
+      dGeomSetCategoryBits(geom, random.below(2));
+      dGeomSetCollideBits(geom, random.below(2));
+      break;
+    case 10:
+      world.remove(geom);
+      world.addAgain(geom);
+      setNumber(geom, next++);
+      break;
+    case 11:
+      setNumber(world.take(dCreatePlane(space, 0, 0, 1, 0)), next++);
+      break;
+    case 12:
+      setNumber(
+          world.take(createUserBox(space, {0, 1, 0, 1, 0, 1}, false,
+                                   [](dGeomID self, dGeomID other, dReal*) {
+                                     return static_cast<int>((number(self) ^ number(other)) % 2);
+                                   })),
+          next++);
+      break;
+    case 13:
+      for (const Box& box : denseCube(random.below(60), random.bits()))
+        setNumber(world.addBox(box), next++);
+      break;
+    default:
+      (void)collide2(space, geom);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("What is done to plain boxes between frames, most of them at rest, the next one sees",
+          "[motions]") {
+  for (const std::size_t n : {2, 3, 4, 7, 32, 33, 40, 130})
+    for (int run = 0; run < scaled(40); ++run) {
+      const std::uint64_t seed = seedOr(131 + n, run);
+      Random random(seed);
+      const Space space;
+      World world(space);
+      world.addBoxes(denseCube(n, seed));
+      EventsOracle oracle;
+      bool events = false;
+      std::size_t next = n;
+      for (int frame = 0; frame < 50; ++frame) {
+        if (random.chance(0.5)) changePlain(world, random, next);
+        if (random.chance(0.05)) {
+          dParallelSAPSpaceSetEvents(space, events = !events);
+          oracle = EventsOracle();
+        }
+        const Pairs pairs = collide(space);
+        INFO(n << " boxes, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        REQUIRE(wrongByRules(Rules::of(space), world.geoms(), pairs) == "");
+        REQUIRE(wrongCounts(space, world.geoms(), pairs.size()) == "");
+        if (events)
+          REQUIRE(oracle.check(space, pairs, EventsOracle::byNumber(world.geoms())) == "");
+      }
     }
 }
 

@@ -247,12 +247,3 @@ TEST_CASE("A promise that is not kept is found out on demand, and harms no pair"
       CHECK(messages.all().size() == 1);  // once is enough
     }
 }
-
-TEST_CASE("A variable promises announcements", "[notified]") {
-  const BareEnvironment bare;
-  for (const char* const value : {"0", "1", "check"}) {
-    const Variable variable(kNotified, value);
-    const Space space;
-    CHECK(dParallelSAPSpaceGetNotified(space) == (std::string(value) == "1"));
-  }
-}

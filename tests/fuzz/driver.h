@@ -71,6 +71,7 @@ class Driver {
   void forget(int object);
   void markMoved(int object);
   void place(int object, std::size_t how, Random& random);
+  static dReal extremeNumber(Random& random);
   static dReal randomLength(Random& random);
   static Bounds randomBounds(Random& random);
 
@@ -115,7 +116,8 @@ class Driver {
   void collideWithGeom();
   void collideWithMany();
   void collideAnyhow();
-  void compare(int space, const Pairs& got);
+  // `last`: it is the last collide of the space.
+  void compare(int space, const Pairs& got, bool last = true);
   std::vector<dGeomID> membersOf(int space) const;
   void compareTwo(int first, int second);
   void compareTwo(int first, int second, const Pairs& got);

@@ -1,31 +1,12 @@
 // What the driver does to the world between collides.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <limits>
-
 #include "driver.h"
 
 namespace sap_test {
 namespace {
 
 constexpr std::size_t kMostBodies = 400;
-
-dReal extremeNumber(Random& random) {
-  constexpr dReal most = std::numeric_limits<dReal>::max();
-  const dReal values[] = {0,
-                          std::numeric_limits<dReal>::denorm_min(),
-                          real(1e-30),
-                          real(1e6),
-                          real(1e9),
-                          real(1e12),
-                          real(1e30),
-                          most / 2,
-                          most,
-                          std::numeric_limits<dReal>::infinity(),
-                          std::numeric_limits<dReal>::quiet_NaN()};
-  const dReal value = values[random.below(std::size(values))];
-  return random.chance(0.5) ? value : -value;
-}
 
 }  // namespace
 

@@ -122,7 +122,10 @@ void Driver::collideFrames() {
       if (motion <= kSomeByLittle && random.chance(moving)) place(member, motion * 2, random);
       if (random.chance(changing)) changeAnyhow(member, random);
     }
-    const Pairs got = collide(id);
+    const Pairs got = [&] {
+      const FloatingPointMode scoped(mode());
+      return collide(id);
+    }();
     compare(space, got);
     if (events) checkEvents(space, got, oracle);
     if (motion != kTremble) continue;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "driver.h"
 
@@ -17,6 +18,23 @@ int vetoes(dGeomID self, dGeomID other, dReal[6]) {
 
 }  // namespace
 
+dReal Driver::extremeNumber(Random& random) {
+  constexpr dReal most = std::numeric_limits<dReal>::max();
+  const dReal values[] = {0,
+                          std::numeric_limits<dReal>::denorm_min(),
+                          real(1e-30),
+                          real(1e6),
+                          real(1e9),
+                          real(1e12),
+                          real(1e30),
+                          most / 2,
+                          most,
+                          std::numeric_limits<dReal>::infinity(),
+                          std::numeric_limits<dReal>::quiet_NaN()};
+  const dReal value = values[random.below(std::size(values))];
+  return random.chance(0.5) ? value : -value;
+}
+
 dReal Driver::randomLength(Random& random) {
   if (random.chance(0.02)) return 0;
   if (random.chance(0.03)) return real(random.between(1, 10));
@@ -27,7 +45,9 @@ Bounds Driver::randomBounds(Random& random) {
   const dReal a = randomLength(random) / 2, b = randomLength(random) / 2,
               c = randomLength(random) / 2;
   if (random.chance(0.03)) return {a, -a, -b, b, -c, c};
-  return {-a, a, -b, b, -c, c};
+  Bounds bounds = {-a, a, -b, b, -c, c};
+  if (random.chance(0.03)) bounds[random.below(6)] = extremeNumber(random);
+  return bounds;
 }
 
 void Driver::add(int object, int space) {

@@ -96,111 +96,31 @@ TEST_CASE("The callback runs on the calling thread, in the program's mode, in a 
   }
 }
 
-TEST_CASE("Geoms and bodies that the callback disables or enables count in the next collide",
-          "[contract]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.addBoxes(onePlace(30, 1));
-    for (const dGeomID geom : world.geoms()) world.giveBody(geom);
-    const auto collideAnd = [&](auto change) {
-      std::size_t calls = 0;
-      collideWith(space, [&](dGeomID, dGeomID) {
-        if (calls++ == 0) change();
-      });
-      return calls;
-    };
-    const auto turnBodies = [&](void (*turn)(dBodyID)) {
-      for (std::size_t i = 1; i < 30; ++i) turn(world.bodies()[i]);
-    };
-    INFO(configuration.name);
-    CHECK(collideAnd([&] { dGeomDisable(world.geoms().back()); }) == 435);
-    CHECK(collideAnd([&] { dGeomEnable(world.geoms().back()); }) == 406);
-    dParallelSAPSpaceSetSkipAsleep(space, 1);
-    CHECK(collideAnd([&] { turnBodies(dBodyDisable); }) == 435);
-    CHECK(collideAnd([&] { turnBodies(dBodyEnable); }) == 29);
-    CHECK(collide(space).size() == 435);
-  }
-}
-
 TEST_CASE("A collide in a callback sees what this has disabled, and the report goes on as it began",
           "[contract]") {
   for (const Configuration& configuration : configurations())
-    for (const std::size_t n : {6, 40, 110, 300, 600}) {
-      const std::uint64_t seed = seedOr(n);
+    for (const std::size_t n : {6, 110, 600}) {
       const Space space(configuration);
       World world(space);
-      world.addBoxes(denseCube(n, seed));
-      Random random(seed);
-      const auto disabled = [&] {
-        return static_cast<std::size_t>(
-            std::count_if(world.geoms().begin(), world.geoms().end(),
-                          [](dGeomID geom) { return !dGeomIsEnabled(geom); }));
-      };
-      const auto toggleOne = [&] {
-        const dGeomID geom = world.geoms()[random.below(n)];
-        dGeomIsEnabled(geom) ? dGeomDisable(geom) : dGeomEnable(geom);
-      };
-      for (int frame = 0; frame < 24; ++frame) {
-        // Mostly all is still; at times so is what is disabled.
-        if (frame % 8 == 0) world.jitter(0.1, random.bits());
-        if (frame % 4 == 0) toggleOne();
-        INFO(configuration.name << ", " << n << " geoms, frame " << frame
-                                << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      world.addBoxes(denseCube(n, seedOr(n)));
+      for (std::size_t frame = 0; frame < n / 2 && frame < 24; ++frame) {
+        if (frame % 8 == 0) world.jitter(0.1, frame);
+        INFO(configuration.name << ", " << n << " geoms, frame " << frame);
         const Pairs expected = expectedPairs(world.geoms());
-        const std::size_t disabled_before = disabled();
         Pairs outer;
         collideWith(space, [&](dGeomID a, dGeomID b) {
           record(&outer, a, b);
-          if (frame % 4 != 3 || outer.size() % (expected.size() / 3 + 1) != 1) return;
-          for (int i = 0; i < 3; ++i) toggleOne();
+          if (outer.size() != 1) return;
+          dGeomDisable(world.geoms()[2 * frame]);
           const Pairs within = expectedPairs(world.geoms());
           for (int i = 0; i < 2; ++i) REQUIRE(difference(collide(space), within) == "");
-          CHECK(statsOf(space).disabled == disabled());
         });
         REQUIRE(difference(outer, expected) == "");
         CHECK(statsOf(space).pairs == expected.size());
-        CHECK(statsOf(space).disabled == disabled_before);
+        if (outer.empty()) break;
+        CHECK(statsOf(space).disabled == frame);
       }
     }
-}
-
-TEST_CASE("A sub-space without a geom at any depth is never reported, whatever is at the origin",
-          "[contract]") {
-  for (const Configuration& configuration : configurations())
-    for (const std::size_t n : {4, 100, 1500})
-      for (const int depth : {1, 2, 4}) {
-        INFO(configuration.name << ", " << n << " geoms, depth " << depth);
-        const Space space(configuration);
-        World world(space);
-        world.addBoxes(denseCube(n - 2, 15));
-        const dGeomID probe = dCreateSphere(nullptr, 1);  // around the origin
-        world.take(dCreatePlane(space, 1, 1, 1, 0));
-        dSpaceID innermost = dHashSpaceCreate(space);
-        const std::size_t own = number(world.take(asGeom(innermost)));
-        for (int i = 1; i < depth; ++i) {
-          dHashSpaceCreate(innermost);
-          innermost = i % 2 ? dSimpleSpaceCreate(innermost) : dParallelSAPSpaceCreate(innermost);
-        }
-        const auto isReported = [&] {
-          const Pairs got = collide(space), hits = collide2(space, probe);
-          REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
-          const auto isOwn = [=](const Pair& pair) {
-            return pair.first == own || pair.second == own;
-          };
-          const bool reported = std::any_of(got.begin(), got.end(), isOwn);
-          CHECK(std::any_of(hits.begin(), hits.end(), isOwn) == reported);
-          return reported;
-        };
-        for (int time = 0; time < 2; ++time) {
-          CHECK(!isReported());
-          const dGeomID inside = dCreateSphere(innermost, dReal(0.5));
-          CHECK(isReported());
-          dGeomDestroy(inside);
-        }
-        CHECK(!isReported());
-        dGeomDestroy(probe);
-      }
 }
 
 #ifndef NDEBUG

@@ -351,27 +351,6 @@ TEST_CASE("After a fork the child goes on alone, whatever number of threads is s
 }
 #endif
 
-TEST_CASE("dSpaceGetGeom counts in the order of the pairs, whatever moves", "[effects]") {
-  for (const std::size_t n : {30, 1500}) {
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(n, 9));
-    for (int frame = 0; frame < 4; ++frame) {
-      for (std::size_t i = 0; i < n; ++i)
-        for (const std::size_t at : {i, n - 1 - i, 7 * i % n})
-          REQUIRE(dSpaceGetGeom(space, static_cast<int>(at)) == world.geoms()[at]);
-      world.jitter(frame % 2 ? 0.1 : 0, 9);
-      dGeomSetPosition(world.geoms()[n / 2], 0, 0, 0);
-      if (frame % 2) (void)collide(space);
-    }
-    const dGeomID again = world.geoms()[3];
-    world.remove(again);
-    world.addAgain(again);
-    CHECK(dSpaceGetGeom(space, static_cast<int>(n) - 1) == again);
-    CHECK(dSpaceGetGeom(space, 3) == world.geoms()[3]);
-  }
-}
-
 namespace {
 
 void descend(void* pairs, dGeomID a, dGeomID b) {

@@ -258,26 +258,6 @@ TEST_CASE("A collide within a callback is not in the trace, which goes on after 
   for (const trace::Frame& frame : recording.frames) REQUIRE(frame.pairs->count == 199);
 }
 
-TEST_CASE("A geom that is added again, or at another one's address, is a new one in a trace",
-          "[trace]") {
-  const trace::Recording recording = recordingOf(3, [](dSpaceID space) {
-    const dGeomID last = dSpaceGetGeom(space, 2);
-    collide(space);
-    dSpaceRemove(space, last);
-    dSpaceAdd(space, last);
-    collide(space);
-    dGeomDestroy(last);
-    dCreateSphere(space, 1);
-    collide(space);
-  });
-  REQUIRE(recording.frames.size() == 3);
-  for (const std::uint32_t frame : {1u, 2u}) {
-    REQUIRE((recording.frames[frame].removed == std::vector<std::uint32_t>{2 + frame}));
-    REQUIRE(recording.frames[frame].geoms.size() == 1);
-    REQUIRE(recording.frames[frame].geoms[0].number == 3 + frame);
-  }
-}
-
 TEST_CASE("A geom to which this ODE gives another bounding box is shown by the one written",
           "[trace]") {
   const Folder folder;

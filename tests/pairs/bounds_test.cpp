@@ -20,36 +20,8 @@ using namespace sap_test;
 namespace {
 
 const dReal kInfinity = std::numeric_limits<dReal>::infinity();
-const dReal kLargest = std::numeric_limits<dReal>::max();
-const dReal kDenormal = std::numeric_limits<dReal>::denorm_min();
 const dReal kNaN = std::numeric_limits<dReal>::quiet_NaN();
 const dReal kSignalling = std::numeric_limits<dReal>::signaling_NaN();
-
-Bounds extremeBounds(Random& random) {
-  const dReal extremes[] = {-kInfinity,
-                            -kLargest,
-                            -kLargest / 2,
-                            real(-1e30),
-                            -1,
-                            -kDenormal,
-                            dReal(-0.0),
-                            0,
-                            kDenormal,
-                            std::numeric_limits<dReal>::min(),
-                            1,
-                            dReal(1) + std::numeric_limits<dReal>::epsilon(),
-                            real(1e30),
-                            kLargest / 2,
-                            kLargest,
-                            kInfinity};
-  Bounds bounds;
-  for (std::size_t i = 0; i < 6; i += 2) {
-    bounds[i] = extremes[random.below(std::size(extremes))];
-    bounds[i + 1] = extremes[random.below(std::size(extremes))];
-    if (bounds[i] > bounds[i + 1] && random.chance(0.7)) std::swap(bounds[i], bounds[i + 1]);
-  }
-  return bounds;
-}
 
 }  // namespace
 
@@ -115,26 +87,6 @@ TEST_CASE("A NaN bound leaves its geom out, is reported once, counted always, an
   }
 }
 
-TEST_CASE("A geom with a NaN bound is in no pair of dSpaceCollide2", "[bounds]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.take(dCreateSphere(space, 1));
-    const dGeomID sick = world.take(createUserBox(space, {0, 1, 0, kSignalling, 0, 1}));
-    const dGeomID probe = dCreateSphere(nullptr, 1);
-    setNumber(probe, 9);
-    const Messages messages;
-    const FloatingPointMode trapping(FloatingPointMode::kTrapping);
-    INFO(configuration.name);
-    CHECK(difference(collide2(space, probe), {{0, 9}}) == "");
-    dSpaceRemove(space, sick);
-    CHECK(collide2(space, sick).empty());
-    CHECK(collide2(sick, space.geom()).empty());
-    CHECK(messages.all().size() == 1);  // of the geom that was asked about, once
-    dGeomDestroy(probe);
-  }
-}
-
 TEST_CASE("A ray of infinite length along an axis is paired with what is on its way", "[bounds]") {
   for (const Configuration& configuration : configurations()) {
     for (const std::size_t n : {1, 100, 1500}) {
@@ -164,76 +116,4 @@ TEST_CASE("A ray of infinite length along an axis is paired with what is on its 
       dGeomDestroy(probe);
     }
   }
-}
-
-TEST_CASE("Extreme bounds follow the formula and harm nobody, in any floating-point mode",
-          "[bounds]") {
-  if (!FloatingPointMode::kCanBeSet) WARN("SKIPPED: modes cannot be set here, only the usual one");
-  const unsigned modes[] = {FloatingPointMode::kDefault, FloatingPointMode::kFlushing,
-                            FloatingPointMode::kDownward, FloatingPointMode::kUpward,
-                            FloatingPointMode::kTowardZero};
-  for (const Configuration& configuration : configurations())
-    for (const std::size_t n : {8, 50, 1000, 4000}) {
-      const std::uint64_t seed = seedOr(70 + n);
-      Random random(seed);
-      const Space space(configuration);
-      World world(space);
-      std::vector<dGeomID> extreme_ones;
-      for (const Box& box : denseCube(n, seed))
-        if (random.chance(n > 1000 ? 0.02 : 0.6))
-          extreme_ones.push_back(world.take(createUserBox(space, extremeBounds(random))));
-        else
-          world.addBox(box);
-      for (const unsigned mode : modes)
-        for (int frame = 0; frame < 2; ++frame) {
-          INFO(configuration.name << ", " << n << " geoms, mode " << std::hex << mode
-                                  << ", ODE_PARALLEL_SAP_TEST_SEED=" << std::dec << seed);
-          Pairs got;
-          unsigned after;
-          {
-            const FloatingPointMode scoped(mode);
-            got = collide(space);
-            after = FloatingPointMode::current();
-          }
-          REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
-          REQUIRE(after == mode);
-          // They change places with ordinary bounds from frame to frame.
-          for (const dGeomID geom : extreme_ones)
-            setUserBounds(geom,
-                          random.chance(0.5) ? extremeBounds(random) : Bounds{1, 2, 1, 2, 1, 2});
-        }
-    }
-}
-
-TEST_CASE("The few geoms that move meet others as in any frame, in any floating-point mode",
-          "[bounds]") {
-  constexpr std::size_t n = 600, moving = 30;
-  for (const unsigned mode : {FloatingPointMode::kFlushing, FloatingPointMode::kDownward,
-                              FloatingPointMode::kUpward, FloatingPointMode::kTowardZero})
-    for (const dReal length : {real(0.1), 1000 * kDenormal}) {
-      Random random(seedOr(75));
-      const Space space(configurations()[0]);
-      World world(space);
-      const auto somewhere = [&] {
-        Bounds bounds;
-        for (std::size_t i = 0; i < 6; i += 2) {
-          bounds[i] = length * static_cast<dReal>(random.below(12));
-          bounds[i + 1] = bounds[i] + length * static_cast<dReal>(1 - random.below(2) * 1e-3);
-        }
-        return bounds;
-      };
-      for (std::size_t i = 0; i < n; ++i) world.take(createUserBox(space, somewhere()));
-      for (int frame = 0; frame < 4; ++frame) {
-        INFO("mode " << std::hex << mode << ", length " << length << ", frame " << frame);
-        Pairs got;
-        {
-          const FloatingPointMode scoped(mode);
-          got = collide(space);
-        }
-        REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
-        CHECK((statsOf(space).kept > 0) == (frame > 0));
-        for (std::size_t i = 0; i < moving; ++i)
-          setUserBounds(world.geoms()[random.below(n)], somewhere());
-      }
-    }
 }

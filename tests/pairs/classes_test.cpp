@@ -188,28 +188,6 @@ TEST_CASE("Frames do not depend on where in memory bodies lie", "[classes]") {
   for (const int areas : {2, FarMemory::kAreas}) CHECK((play(areas) == frames));
 }
 
-TEST_CASE("Zero-sized geoms are left out until they grow", "[classes]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.take(dCreateSphere(space, 5));
-    const dGeomID sphere = world.take(dCreateSphere(space, 0));
-    const dGeomID box = world.take(dCreateBox(space, 1, 0, 1));
-    const dGeomID capsule = world.take(dCreateCapsule(space, 0, 1));
-    const dGeomID cylinder = world.take(dCreateCylinder(space, 1, 0));
-    INFO(configuration.name);
-    CHECK(collide(space).empty());
-    dGeomSphereSetRadius(sphere, 1);
-    CHECK(difference(collide(space), {{0, 1}}) == "");
-    dGeomBoxSetLengths(box, 1, 1, 1);
-    dGeomCapsuleSetParams(capsule, 1, 0);
-    dGeomCylinderSetParams(cylinder, 1, 1);
-    CHECK(collide(space).size() == 10);
-    dGeomSphereSetRadius(sphere, 0);
-    CHECK(difference(collide(space), {{0, 2}, {0, 3}, {0, 4}, {2, 3}, {2, 4}, {3, 4}}) == "");
-  }
-}
-
 namespace {
 
 struct Asked {

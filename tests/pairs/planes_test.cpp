@@ -26,68 +26,7 @@ std::string wrongCulling(const Pairs& got, const World& world) {
   return wrongByRules(Rules::of(world.space()), world.geoms(), got);
 }
 
-dGeomID obliquePlane(dSpaceID space, Random& random, dReal distance) {
-  return dCreatePlane(space, static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()),
-                      static_cast<dReal>(random.gauss()), distance);
-}
-
-// Boxes, and planes in all directions among them: first, last and in between.
-void populate(World& world, std::size_t n, std::uint64_t seed) {
-  Random random(seed);
-  const Boxes boxes = denseCube(n, seed);
-  const double side = std::cbrt(static_cast<double>(n));
-  for (std::size_t i = 0; i < n; ++i) {
-    if (i % (n / 8 + 1) == 0) {
-      const dReal through = static_cast<dReal>(random.between(-side, 2 * side));
-      world.take(obliquePlane(world.space(), random, through));
-      world.take(dCreatePlane(world.space(), 0, 0, i % 2 ? 1 : -1, 1));
-    }
-    world.addBox(boxes[i]);
-  }
-  world.take(dCreatePlane(world.space(), 1, 0, 0, 2));
-  world.take(dCreatePlane(world.space(), 0, -1, 0, -4));
-  world.take(obliquePlane(world.space(), random, 0));
-}
-
 }  // namespace
-
-TEST_CASE("Culled planes pair with what may touch them, whatever finds the pairs", "[planes]") {
-  const std::uint64_t seed = seedOr(201);
-  for (const Configuration& configuration : configurations())
-    for (const std::size_t n : {3, 20, 150, 1500}) {
-      INFO(configuration.name << ", " << n << " boxes, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      const Space space(configuration);
-      dParallelSAPSpaceSetCullPlanes(space, 1);
-      World world(space);
-      populate(world, n, seed);
-      Pairs one_thread;
-      for (const int threads : {1, 2, 7}) {
-        dParallelSAPSpaceSetNumThreads(space, threads);
-        const Pairs got = collide(space);
-        if (threads == 1) one_thread = got;
-        REQUIRE(difference(got, one_thread) == "");
-        REQUIRE(wrongCulling(got, world) == "");
-      }
-      for (int frame = 0; frame < 3; ++frame) {
-        world.jitter(frame == 1 ? 5 : 0.1, seed + static_cast<std::uint64_t>(frame));
-        // Planes turn, move, rest and come and go.
-        Random random(seed + static_cast<std::uint64_t>(frame));
-        for (const dGeomID geom : world.geoms()) {
-          if (dGeomGetClass(geom) != dPlaneClass) continue;
-          if (random.chance(0.3))
-            dGeomPlaneSetParams(geom, static_cast<dReal>(random.gauss()),
-                                random.chance(0.5) ? 0 : static_cast<dReal>(random.gauss()), 0, 3);
-          (random.chance(0.2) ? dGeomDisable : dGeomEnable)(geom);
-          if (random.chance(0.2)) dGeomSetCategoryBits(geom, 1ul << random.below(2));
-          if (random.chance(0.2)) dGeomSetCollideBits(geom, 1ul << random.below(2));
-        }
-        dGeomSetCollideBits(world.geoms()[1], 2);
-        dGeomSetCategoryBits(world.geoms()[1], 2);
-        world.take(obliquePlane(space, random, 4));
-        REQUIRE(wrongCulling(collide(space), world) == "");
-      }
-    }
-}
 
 namespace {
 
