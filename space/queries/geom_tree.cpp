@@ -190,8 +190,9 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     const double cost = static_cast<double>(changed) * refresh_cost;
     if (!must && cost > expected * slots) return false;
     const bool most = cost > slots;  // a build may cost less
-    const double most_rows =
-        most ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
+    // A frame's cost is not to depend on earlier ones: strays are then an eighth of all rows.
+    const double rows = must ? slots / (8 * group_size) : slots * build_cost / expected;
+    const double most_rows = most ? rows : std::numeric_limits<double>::infinity();
     if (!close()) return is_current;
     const bool skipped = most && back_off_.skipTurn();
     if (!skipped && is_cheap && mechanisms::kept_query_tree) {
