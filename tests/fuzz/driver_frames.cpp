@@ -135,7 +135,8 @@ void Driver::collideFrames() {
       if (motion <= kSomeByLittle && random.chance(moving)) place(member, motion * 2, random);
       if (random.chance(changing)) changeAnyhow(member, random);
     }
-    if (events & dParallelSAPEventTouches && random.chance(0.7)) {
+    if (events && random.chance(0.2)) dParallelSAPSpaceSetSkipStatic(id, random.chance(0.5));
+    if (events & dParallelSAPEventTouches && random.chance(0.5)) {
       collideTouching(space, oracle, random);
     } else {
       const Pairs got = collide(id);

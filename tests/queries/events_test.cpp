@@ -2,9 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <iterator>
 #include <map>
-#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -133,102 +131,6 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
       pairs = collide(space);
   }
   return oracle.check(space, pairs, EventsOracle::byNumber(scene.order()));
-}
-
-// One contact call, whose callbacks decide by numbers and a mood which pairs touch.
-struct Toucher {
-  const MovingScene* scene;
-  std::size_t mood = 0;
-  long until_thrown = -1;  // contact callbacks
-  bool flags_throw = false, twice = false, collides = false;
-  Pairs touches = {}, reported = {};
-  std::mutex mutex = {};
-
-  static Toucher& of(void* data) { return *static_cast<Toucher*>(data); }
-  static int flags(void* data, dGeomID a, dGeomID b) {
-    const Toucher& self = of(data);
-    if (self.flags_throw) throw 1;
-    return (number(a) + number(b) + self.mood) % 5 ? 2 : 0;
-  }
-  static int reduce(void* data, dGeomID a, dGeomID b, dContactGeom*, int count) {
-    Toucher& self = of(data);
-    if ((number(a) ^ number(b)) % 7 == self.mood) return 0;
-    const std::lock_guard<std::mutex> lock(self.mutex);
-    self.touches.emplace_back(number(a), number(b));
-    return count;
-  }
-  static void report(void* data, dGeomID a, dGeomID b, const dContactGeom*, int) {
-    Toucher& self = of(data);
-    const dSpaceID space = self.scene->space();
-    if (self.reported.empty()) {
-      const Events begun = begunTouchesOf(space), ended = endedTouchesOf(space);
-      if (self.collides) {
-        Toucher other = {self.scene};
-        other.mood = self.mood + 1;
-        other.call();
-        if (begunTouchesOf(space) != begun || endedTouchesOf(space) != ended)
-          throw std::logic_error("touches of a collide within");
-      }
-    }
-    self.reported.emplace_back(number(a), number(b));
-    if (self.until_thrown-- == 0) throw 1;
-  }
-  static void spaces(void* data, dGeomID a, dGeomID b, void* pairs) {
-    for (int i = 0; i < 1 + of(data).twice; ++i) dSpaceCollide2(a, b, pairs, dParallelSAPAddPair);
-  }
-  void call() {
-    const dParallelSAPContactCallbacks callbacks = {report, flags, reduce,
-                                                    twice ? spaces : nullptr};
-    dParallelSAPSpaceCollideContacts(scene->space(), this, 0, &callbacks);
-  }
-};
-
-// The begun touches stand in the order of the reports.
-std::string wrongOrder(const Events& begun, const Pairs& reported) {
-  auto next = reported.begin();
-  for (const Event& event : begun) {
-    next = std::find(next, reported.end(), Pair(number(event.o1), number(event.o2)));
-    if (next == reported.end()) return "touches do not begin in the order of the reports";
-  }
-  return "";
-}
-
-// A frame of any kind, and what is wrong of it.
-std::string wrongTouches(const MovingScene& scene, EventsOracle& oracle, Random& random) {
-  const dSpaceID space = scene.space();
-  const std::size_t kind = random.below(12);
-  Toucher toucher = {&scene};
-  toucher.mood = random.chance(0.8) ? 0 : random.below(7);
-  toucher.twice = kind == 0;
-  toucher.collides = kind == 1;
-  toucher.until_thrown = kind == 2 ? static_cast<long>(random.below(5)) : -1;
-  toucher.flags_throw = kind == 3;
-  bool thrown = false;
-  try {
-    if (kind == 4)
-      (void)collide(space);
-    else if (kind == 5)
-      dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
-    else
-      toucher.call();
-  } catch (int) {
-    thrown = true;
-  }
-  const EventsOracle::Geoms geoms = EventsOracle::byNumber(scene.order());
-  const std::string problem = oracle.check(space, owedBy(scene), geoms);
-  if (problem != "") return problem;
-  // Without a pair there is nothing to throw at.
-  if (kind == 4 || kind == 5 || (kind == 3 && thrown)) return EventsOracle::checkNoTouches(space);
-  if (!thrown) {
-    const std::string order = wrongOrder(begunTouchesOf(space), toucher.reported);
-    if (order != "") return order;
-  }
-  EventsOracle::Geoms within = EventsOracle::byNumber(scene.inside());
-  for (auto geom = within.begin(); geom != within.end();) {
-    const bool is_in = dGeomGetSpace(asGeom(dGeomGetSpace(geom->second))) != nullptr;
-    geom = is_in ? std::next(geom) : within.erase(geom);  // a sub-space may have left
-  }
-  return oracle.checkTouches(space, toucher.touches, geoms, within);
 }
 
 }  // namespace
@@ -474,31 +376,6 @@ TEST_CASE("While memory is given back no event comes twice and nothing is lost",
     }
     CHECK(least < most / 4);
   }
-}
-
-TEST_CASE("Touches are those of a map of all pairs with contacts", "[events]") {
-  const Messages messages;
-  for (const int threads : {1, 7})
-    for (const std::size_t geoms : {50, 180}) {
-      const std::uint64_t seed = seedOr(411);
-      Random random(seed);
-      MovingScene scene(configurations()[0], geoms, seed, {0, false, false});
-      EventsOracle oracle;
-      dParallelSAPSpaceSetEvents(scene.space(), dParallelSAPEventPairs | dParallelSAPEventTouches);
-      scene.promise();
-      const int frames = scaled(250);
-      for (int frame = 0; frame < frames; ++frame) {
-        if (random.chance(0.3)) scene.moveSome(random.chance(0.2) ? 1 : 0.05);
-        for (std::size_t i = random.below(6); i > 0; --i) scene.edit();
-        if (random.chance(0.1)) settle(scene.space(), random);
-        dParallelSAPSpaceSetNumThreads(scene.space(), threads);
-        INFO(threads << " threads, " << geoms << " geoms, frame " << frame
-                     << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-        REQUIRE(wrongTouches(scene, oracle, random) == "");
-      }
-      CHECK(oracle.begun() > static_cast<std::size_t>(frames));
-      CHECK(oracle.ended() > static_cast<std::size_t>(frames));
-    }
 }
 
 TEST_CASE("A touch keeps its number, which no other pair gets meanwhile", "[events]") {
