@@ -2,8 +2,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <map>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,7 +17,6 @@
 #include "support/recorder.h"
 #include "support/rules_oracle.h"
 #include "support/scenes.h"
-#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -43,10 +40,6 @@ void settle(dSpaceID space, Random& random) {
   dParallelSAPSpaceSetNotified(space, random.chance(0.5));
 }
 
-bool skips(dSpaceID space) {
-  return dParallelSAPSpaceGetSkipStatic(space) || dParallelSAPSpaceGetSkipAsleep(space);
-}
-
 Pairs owedBy(const MovingScene& scene) {
   const Rules rules = Rules::of(scene.space());
   const EventsOracle::Geoms geoms = EventsOracle::byNumber(scene.order());
@@ -55,32 +48,6 @@ Pairs owedBy(const MovingScene& scene) {
     if (restOf(rules, geoms.at(pair.first), geoms.at(pair.second)) == Rest::no)
       pairs.push_back(pair);
   return pairs;
-}
-
-// Within the callback a geom is disabled, some of them for good, and the space collided: what is
-// found then is another matter.
-Pairs collideWithin(dSpaceID space) {
-  struct Within {
-    dSpaceID space;
-    Pairs pairs;
-    static void enable(dSpaceID space, dGeomID geom, bool on) {
-      (on ? dGeomEnable : dGeomDisable)(geom);
-      dParallelSAPSpaceNotify(space, geom);
-    }
-    static void call(void* data, dGeomID a, dGeomID b) {
-      Within& self = *static_cast<Within*>(data);
-      record(&self.pairs, a, b);
-      if (self.pairs.size() > 3) return;
-      const Events before = begunOf(self.space);
-      const bool enabled = dGeomIsEnabled(a);
-      enable(self.space, a, false);
-      for (int i = 0; i < 3; ++i) (void)collide(self.space);
-      if (enabled && number(a) % 2) enable(self.space, a, true);
-      if (begunOf(self.space) != before) throw std::logic_error("events of a collide within");
-    }
-  } within{space, {}};
-  dSpaceCollide(space, &within, Within::call);
-  return within.pairs;
 }
 
 Pairs pairsOfBlocks(dSpaceID space) {
@@ -104,9 +71,6 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
     case 0:
       collideUntil(space, 1);
       pairs = owedBy(scene);
-      break;
-    case 1:  // whether a pair rests is asked afterwards
-      pairs = skips(space) ? collide(space) : collideWithin(space);
       break;
     case 2:
       dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
@@ -159,38 +123,6 @@ TEST_CASE("Begun and ended pairs and their numbers are those of a map of all pai
       CHECK(oracle.begun() > static_cast<std::size_t>(frames / 2));
       CHECK(oracle.ended() > static_cast<std::size_t>(frames / 2));
     }
-}
-
-TEST_CASE("Slots that are closed up between two frames change no number", "[events]") {
-  for (const std::size_t n : {90, 900}) {
-    Random random(seedOr(402));
-    const Space space;
-    dParallelSAPSpaceSetEvents(space, 1);
-    EventsOracle::Geoms in;
-    EventsOracle oracle;
-    std::size_t next = 0;
-    const auto create = [&] {
-      const dGeomID geom = in[next] = dCreateBox(space, 2, 2, 2);
-      setNumber(geom, next++);
-      const dReal x = static_cast<dReal>(random.between(0, 20));
-      dGeomSetPosition(geom, x, static_cast<dReal>(random.between(0, 20)), 0);
-    };
-    for (int frame = 0; frame < 40; ++frame) {
-      // Far more leave than stay, and others come while they leave.
-      while (in.size() > n / 5 && frame % 2) {
-        auto at = in.lower_bound(random.below(next));
-        if (at == in.end()) at = in.begin();
-        dGeomDestroy(at->second);
-        in.erase(at);
-        if (random.chance(0.1)) create();
-      }
-      while (in.size() < n) create();
-      const Pairs pairs = collide(space);
-      INFO(n << " geoms, frame " << frame);
-      REQUIRE(oracle.check(space, pairs, in) == "");
-    }
-    CHECK(oracle.ended() > 1000);
-  }
 }
 
 TEST_CASE("A scene at rest has no events, and all numbers stay", "[events]") {
@@ -311,44 +243,6 @@ TEST_CASE("Events are known before the first pair is, and stay when the callback
     (void)collide(space);
     CHECK(begunOf(space).empty());
   }
-}
-
-TEST_CASE("Whatever is set, events are those of the pairs that are reported", "[events]") {
-  const std::uint64_t seed = seedOr(407);
-  const auto vetoes = [](dGeomID self, dGeomID other, dReal[6]) -> int {
-    return (number(other) + userBoxData(self).mood) % 3 != 0;
-  };
-  const struct {
-    dReal tolerance;
-    int skip_asleep;
-  } settings[] = {{0, 0}, {0, 1}, {dReal(0.2), 0}};
-  for (const auto& [tolerance, skip_asleep] : settings)
-    for (const std::size_t n : {60, 600}) {
-      const Space space;
-      World world(space);
-      Random random(seed);
-      world.addBoxes(denseCube(n, seed));
-      for (std::size_t i = 0; i < n; i += 2) world.giveBody(world.geoms()[i]);
-      const dGeomID moody = world.take(createUserBox(space, {0, 9, 0, 9, 0, 9}, false, vetoes));
-      world.take(dCreatePlane(space, 0, 0, 1, 1));
-      dParallelSAPSpaceSetTolerance(space, tolerance);
-      dParallelSAPSpaceSetSkipAsleep(space, skip_asleep);
-      dParallelSAPSpaceSetCullPlanes(space, 1);
-      dParallelSAPSpaceSetEvents(space, 1);
-      const EventsOracle::Geoms geoms = EventsOracle::byNumber(world.geoms());
-      EventsOracle oracle;
-      for (std::uint64_t frame = 0; frame < 60; ++frame) {
-        const dBodyID body = dGeomGetBody(world.geoms()[2 * random.below(n / 2)]);
-        (random.chance(0.7) ? dBodyDisable : dBodyEnable)(body);
-        if (tolerance > 0) world.jitter(frame % 20 == 10 ? 0.5 : 0.004, seed + frame);
-        if (frame % 5 == 0) ++userBoxData(moody).mood;
-        const Pairs pairs = collide(space);
-        INFO(n << " geoms, tolerance " << tolerance << ", skip asleep " << skip_asleep << ", frame "
-               << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-        REQUIRE(oracle.check(space, pairs, geoms) == "");
-      }
-      CHECK(oracle.ended() > 100);
-    }
 }
 
 TEST_CASE("While memory is given back no event comes twice and nothing is lost", "[events]") {
