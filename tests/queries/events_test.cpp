@@ -420,6 +420,7 @@ TEST_CASE("Who asks for events that are off, or after another call, is told once
     return messages.all().size() == 1 ? messages.all()[0] : "";
   };
   const auto pairs = [&](dSpaceID asked) { dParallelSAPSpaceGetEndedPairs(asked, &events); };
+  const auto begun = [&](dSpaceID asked) { dParallelSAPSpaceGetBegunPairs(asked, &events); };
   const auto find = [&](dSpaceID asked) {
     unsigned number;
     dParallelSAPSpaceFindPair(asked, asGeom(space), asGeom(space), &number);
@@ -429,6 +430,7 @@ TEST_CASE("Who asks for events that are off, or after another call, is told once
     return text.find(name) != std::string::npos;
   };
   CHECK(names(said(0, pairs), "dParallelSAPSpaceGetEndedPairs()"));
+  CHECK(names(said(0, begun), "dParallelSAPSpaceGetBegunPairs()"));
   CHECK(names(said(0, find), "dParallelSAPSpaceFindPair()"));
   CHECK(names(said(dParallelSAPEventTouches, pairs), "dParallelSAPEventPairs"));
   CHECK(names(said(dParallelSAPEventPairs, touches), "dParallelSAPEventTouches"));
