@@ -214,34 +214,6 @@ class Report {
   std::atomic<std::size_t> size_{0};
 };
 
-// What a space has told of its pairs or touches: those that last, by their numbers.
-class Followed {
- public:
-  // "" or which event cannot be, after those before.
-  std::string follow(const Events& begun, const Events& ended) {
-    for (const Event& event : ended) {
-      const auto known = lasting_.find(event.number);
-      if (known == lasting_.end()) return "what ended had not begun";
-      if ((event.o1 && number(event.o1) != known->second.first) ||
-          (event.o2 && number(event.o2) != known->second.second))
-        return "what ended were other geoms";
-    }
-    for (const Event& event : begun)
-      if (!lasting_.emplace(event.number, Pair(number(event.o1), number(event.o2))).second)
-        return "two have one number";
-    for (const Event& event : ended) lasting_.erase(event.number);
-    return "";
-  }
-  Pairs lasting() const {
-    Pairs pairs;
-    for (const auto& [number, pair] : lasting_) pairs.push_back(pair);
-    return asSet(pairs);
-  }
-
- private:
-  std::map<unsigned, Pair> lasting_;
-};
-
 // A scene that changes and is asked in many ways. Of one seed it is the same with failures and
 // without.
 class AskedScene : public MovingScene {

@@ -41,6 +41,7 @@ class Driver {
   // candidates.
   unsigned long trembling() const { return trembling_; }
   unsigned long candidatesKept() const { return candidates_kept_; }
+  unsigned long touches() const { return touches_; }  // followed by the oracle
 
  private:
   static constexpr int kNone = -1;
@@ -56,7 +57,8 @@ class Driver {
     bool ours = false;
     bool cleans_up = true;
     std::vector<int> members;  // in the order of adding
-    std::size_t added = 0;     // the number of the call that added it last
+    std::size_t stay = 0;      // the number of the call since which spaces know it as the same
+    bool left_stock = false;   // the last space that it left tells nobody of that
   };
 
   // Objects, in driver_objects.cpp.
@@ -131,9 +133,10 @@ class Driver {
   void fill(int space, Random& random);
   void driftAll(int space, double distance);
   void trembleAll(int space, double share, double leaving, Random& random);
-  Pairs pairsByAdding(const Pairs& got) const;
+  Pairs pairsByStay(const Pairs& got) const;
   std::string problemOfNumbers(int space, const Pairs& got) const;
   void checkEvents(int space, const Pairs& got, EventsOracle& oracle);
+  void addGeoms(int space, bool deep, EventsOracle::Geoms& geoms) const;
 
   // Callbacks that edit a world of their own, in driver_collides.cpp.
   void collideEditing();
@@ -143,6 +146,7 @@ class Driver {
 
   // The narrow phase, in driver_contacts.cpp.
   void collideContacts();
+  void collideTouching(int space, EventsOracle& oracle, Random& random);
   Pairs ownPairs(int space, const Pairs& pairs, const Pairs& with_spaces) const;
   Contacts expectedContacts(const Pairs& pairs, const SerialLoop& how, bool descends) const;
 
@@ -168,7 +172,8 @@ class Driver {
   std::vector<dBodyID> bodies_;
   std::deque<std::string> history_;
   std::string problem_;
-  unsigned long collides_ = 0, changes_ = 0, calls_ = 0, trembling_ = 0, candidates_kept_ = 0;
+  unsigned long collides_ = 0, changes_ = 0, calls_ = 0, trembling_ = 0, candidates_kept_ = 0,
+                touches_ = 0;
   std::size_t additions_ = 0;
 };
 

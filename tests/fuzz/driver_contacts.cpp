@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <mutex>
@@ -212,6 +213,64 @@ void Driver::collideContacts() {
       problem = problemOf(inner, true, expected);
   }
   if (!problem.empty()) fail("contacts of space " + std::to_string(space) + ": " + problem);
+}
+
+// A frame whose touches are followed. Callbacks may collide within it, or throw.
+void Driver::collideTouching(int space, EventsOracle& oracle, Random& random) {
+  const dSpaceID id = spaceOf(space);
+  const int threads[] = {1, 3, 7};
+  dParallelSAPSpaceSetNumThreads(id, threads[random.below(std::size(threads))]);
+  Call call, inner;
+  // Mostly the same pairs touch.
+  call.salt = random.chance(0.8) ? 9 : random.below(256);
+  inner.salt = call.salt + 1;
+  call.reduces = random.chance(0.5);
+  call.descends = random.chance(0.9);
+  if (random.chance(0.3)) call.interruption = static_cast<Interruption>(random.below(4));
+  call.at = 1 + random.below(20);
+  const auto events = [id] {
+    return std::array<Events, 4>{begunTouchesOf(id), endedTouchesOf(id), begunOf(id), endedOf(id)};
+  };
+  call.collide_within = [&] {
+    const auto before = events();
+    const int skips = dParallelSAPSpaceGetSkipStatic(id);
+    dParallelSAPSpaceSetSkipStatic(id, !skips);  // so that other pairs are found
+    (void)collide(id);
+    sap_test::collideContacts(id, inner);
+    dParallelSAPSpaceSetSkipStatic(id, skips);
+    if (events() != before) fail("events of a collide within");
+  };
+  const bool within_tolerance = dParallelSAPSpaceGetTolerance(id) > 0;
+  const bool may_throw = call.interruption == Interruption::flags_throw;
+  if (may_throw && within_tolerance) call.interruption = Interruption::none;
+  Pairs own;
+  if (may_throw) checkEvents(space, own = collide(id), oracle);
+  const bool finished = sap_test::collideContacts(id, call);
+  const bool is_lost = !finished && call.interruption == Interruption::flags_throw;
+  if (!is_lost) own = ownPairs(space, call.pairs, call.with_spaces);
+  compare(space, own);
+  checkEvents(space, own, oracle);
+  if (is_lost) {
+    if (!EventsOracle::checkNoTouches(id).empty()) fail("touches though flags were not known");
+    return;
+  }
+  SerialLoop loop;
+  loop.flags_of = flagsOf;
+  loop.reduce = call.reduces ? reduceAny : nullptr;
+  loop.data = &call;
+  const Contacts expected = expectedContacts(own, loop, call.descends);
+  std::string problem = problemOf(call, finished, expected);
+  Pairs touches;
+  for (const Contact& contact : expected)
+    if (const Pair touch(objects_[number(contact.o1)].stay, objects_[number(contact.o2)].stay);
+        touches.empty() || touches.back() != touch)
+      touches.push_back(touch);
+  EventsOracle::Geoms geoms, within;
+  addGeoms(space, false, geoms);
+  addGeoms(space, true, within);
+  if (problem.empty()) problem = oracle.checkTouches(id, touches, geoms, within);
+  if (!problem.empty()) fail("touches of space " + std::to_string(space) + ": " + problem);
+  touches_ += touches.size();
 }
 
 }  // namespace sap_test

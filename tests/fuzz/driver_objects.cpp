@@ -53,7 +53,7 @@ Bounds Driver::randomBounds(Random& random) {
 void Driver::add(int object, int space) {
   dSpaceAdd(spaceOf(space), objects_[object].geom);
   objects_[object].parent = space;
-  objects_[object].added = ++additions_;
+  if (!objects_[object].left_stock || objects_[space].ours) objects_[object].stay = ++additions_;
   objects_[space].members.push_back(object);
   // ODE's own spaces get into trouble with a clean geom in front of dirty ones.
   if (!objects_[space].ours) markMoved(object);
@@ -64,6 +64,7 @@ void Driver::remove(int object) {
   dSpaceRemove(spaceOf(o.parent), o.geom);
   std::vector<int>& members = objects_[o.parent].members;
   members.erase(std::find(members.begin(), members.end(), object));
+  o.left_stock = !objects_[o.parent].ours;
   o.parent = kNone;
 }
 
@@ -95,6 +96,7 @@ void Driver::forget(int object) {
   const bool with_members = o.cleans_up;
   for (const int member : members) {
     objects_[member].parent = kNone;
+    objects_[member].left_stock = !o.ours;
     if (with_members) forget(member);
   }
 }

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "../support/events_oracle.h"
 #include "../support/oracle.h"
 #include "../support/recorder.h"
 #include "../support/user_box.h"
@@ -57,6 +58,7 @@ struct Level {
   std::vector<Owed> owed;
   std::map<Pair, std::size_t> places;  // in `owed`
   std::size_t next = 0;
+  bool tells;    // touches, which were not looked at yet
   double share;  // how often it changes something
 };
 
@@ -68,7 +70,7 @@ class EditedCalls {
     addSpace(dParallelSAPSpaceCreate(nullptr), true, kNone);
     if (configuration) configure(idOf(0), *configuration);
     dParallelSAPSpaceSetNumThreads(idOf(0), random_.chance(0.5) ? 1 : 3);
-    dParallelSAPSpaceSetEvents(idOf(0), random_.chance(0.5));
+    dParallelSAPSpaceSetEvents(idOf(0), static_cast<int>(random_.below(4)));
     dParallelSAPSpaceSetSweptBounds(idOf(0), random_.chance(0.3) ? dReal(0.01) : 0);
     for (int i = 0; i < 5; ++i)
       if (random_.chance(0.6)) createSpace();
@@ -97,7 +99,7 @@ class EditedCalls {
     for (int i = 0; i < calls && problem_.empty(); ++i) {
       edit(kNone);
       touch();
-      run();
+      runBelow(4096 * at(calls - i));
     }
     return problem_;
   }
@@ -413,6 +415,30 @@ class EditedCalls {
     if (place != ~std::size_t{0} && place != found->second)
       fail("at another place:", level, first, second);
   }
+  // A call within one of the same space has no events. After a longjmp only how deep the stack is
+  // tells whether a call is within.
+  bool tellsOfTouches(const Level& level) {
+    if (level.space != 0) return false;
+    for (int i = 0; i < depth_; ++i)
+      if (levels_[i].space == 0) return false;
+    if (depth_ > 0 && isLocked(0)) follows_ = false;
+    return follows_ && level.way == kContacts &&
+           dParallelSAPSpaceGetEvents(idOf(0)) & dParallelSAPEventTouches;
+  }
+  // Touches that last are what the call owes, whatever its callbacks do. Before the first of them,
+  // while all geoms are there.
+  void followTouches(Level& level) {
+    if (!level.tells) return;
+    level.tells = false;
+    const std::string problem = followed_.follow(begunTouchesOf(idOf(0)), endedTouchesOf(idOf(0)));
+    if (problem != "") return fail(problem, level, 0, 0);
+    const Pairs lasting = followed_.lasting();
+    for (const Pair& touch : lasting)
+      if (!level.places.count(touch)) fail("touches no more:", level, touch.first, touch.second);
+    for (const auto& [touch, place] : level.places)
+      if (!level.owed[place].may_miss && !std::binary_search(lasting.begin(), lasting.end(), touch))
+        fail("no touch began:", level, touch.first, touch.second);
+  }
   void finish(const Level& level) {
     for (const Owed& owed : level.owed)
       if (!owed.reported && !owed.may_miss && stayOf(owed, level) == kStays)
@@ -433,6 +459,11 @@ class EditedCalls {
     }
   }
 
+  // Each such call is less deep on the stack than those before: after a longjmp it is within none.
+  __attribute__((noinline)) void runBelow(std::size_t room) {
+    *static_cast<volatile char*>(__builtin_alloca(room)) = 0;
+    run();
+  }
   // One call, within others or not.
   __attribute__((noinline)) void run() {
     prepare();
@@ -440,6 +471,7 @@ class EditedCalls {
     if (setjmp(levels_[depth - 1].back)) return;
     try {
       call(levels_[depth - 1]);
+      followTouches(levels_[depth - 1]);
       if (problem_.empty()) finish(levels_[depth - 1]);
       depth_ = depth - 1;
     } catch (const Stop& stop) {
@@ -472,6 +504,7 @@ class EditedCalls {
     dSpaceClean(idOf(level.space));  // swept bounds are in the AABBs that the oracle asks for
     oweAll(level);
     level.begin = ++time_;
+    level.tells = tellsOfTouches(level);
     const double owed = static_cast<double>(level.owed.size());
     level.share = random_.chance(0.5) ? 0.5 : 10 / (10 + owed);
     if (random_.chance(0.1)) level.share = 0;
@@ -487,7 +520,10 @@ class EditedCalls {
       self_->report(number(pairs[i].o1), number(pairs[i].o2), first + i);
     self_->act(number(pairs[random(count)].o2));
   }
-  static void touch(void*, dGeomID a, dGeomID b, const dContactGeom*, int) { near(nullptr, a, b); }
+  static void touch(void*, dGeomID a, dGeomID b, const dContactGeom*, int) {
+    self_->followTouches(self_->levels_[self_->depth_ - 1]);
+    near(nullptr, a, b);
+  }
   static void hit(void*, size_t ray, const dParallelSAPRayHit* hits, size_t count) {
     for (size_t i = 0; i < count; ++i) self_->report(ray, number(hits[i].geom));
     self_->act(number(hits[random(count)].geom));
@@ -546,6 +582,8 @@ class EditedCalls {
   unsigned long time_ = 0;
   Level levels_[kDeepest];
   int depth_ = 0;
+  Followed followed_;
+  bool follows_ = true;
   std::string problem_;
 };
 

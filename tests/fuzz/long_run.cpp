@@ -22,7 +22,8 @@ constexpr int kEditsOfAWorld = 200;
 constexpr std::size_t kGeoms[] = {30, 60, 120, 250, 400, 800, 3200};
 
 struct Totals {
-  unsigned long edits = 0, changes = 0, collides = 0, trembling = 0, candidates_kept = 0;
+  unsigned long edits = 0, changes = 0, collides = 0, trembling = 0, candidates_kept = 0,
+                touches = 0;
 };
 
 bool live(std::uint64_t seed, Totals& totals) {
@@ -39,6 +40,7 @@ bool live(std::uint64_t seed, Totals& totals) {
   totals.collides += driver.collides();
   totals.trembling += driver.trembling();
   totals.candidates_kept += driver.candidatesKept();
+  totals.touches += driver.touches();
   if (driver.problem().empty()) return true;
   std::printf("%sin the world of seed %llu: long-run 1 %llu plays it again\n",
               driver.problem().c_str(), static_cast<unsigned long long>(seed),
@@ -65,9 +67,10 @@ int run(unsigned long edits, std::uint64_t seed) {
     right = live(seed++, totals);
     if ((seed - first) % 200 == 0) std::fprintf(stderr, "%lu edits\n", totals.edits);
   }
-  std::printf("%lu edits of %llu worlds, %lu changes in all, %lu collides compared: %s\n",
-              totals.edits, static_cast<unsigned long long>(seed - first), totals.changes,
-              totals.collides, right ? "all exact" : "WRONG");
+  std::printf(
+      "%lu edits of %llu worlds, %lu changes in all, %lu collides compared, %lu touches: %s\n",
+      totals.edits, static_cast<unsigned long long>(seed - first), totals.changes, totals.collides,
+      totals.touches, right ? "all exact" : "WRONG");
   return right && reachesFatProxies(totals) ? 0 : 1;
 }
 

@@ -10,6 +10,7 @@
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
+#include "support/events_oracle.h"
 #include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
@@ -36,6 +37,33 @@ void collideWith(const Space& space, dGeomID with, Function function) {
 struct Stop {};
 
 }  // namespace
+
+TEST_CASE("A touch has the place and number of its pair, whatever pairs the spaces callback adds",
+          "[contract]") {
+  for (const int others : {0, 200}) {
+    const Space space;
+    dParallelSAPSpaceSetEvents(space, dParallelSAPEventPairs | dParallelSAPEventTouches);
+    for (int i = 0; i < others; ++i)
+      dGeomSetPosition(dCreateSphere(space, 1), static_cast<dReal>(3 * i + 10), 0, 0);
+    const dGeomID first = dCreateSphere(space, 1);
+    const dSpaceID sub_space = dSimpleSpaceCreate(space);
+    for (int i = 0; i < 2; ++i) (void)dCreateSphere(sub_space, 1);
+    const dGeomID last = dCreateSphere(space, 1);
+    dParallelSAPContactCallbacks callbacks =
+        dParallelSAPContactCallbacksOf([](void*, dGeomID, dGeomID, const dContactGeom*, int) {});
+    callbacks.spaces = [](void*, dGeomID a, dGeomID b, void* pairs) {
+      dSpaceCollide(reinterpret_cast<dSpaceID>(dGeomIsSpace(a) ? a : b), pairs,
+                    dParallelSAPAddPair);
+      dSpaceCollide2(a, b, pairs, dParallelSAPAddPair);
+    };
+    dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+    const Events begun = begunTouchesOf(space), pairs = begunOf(space);
+    REQUIRE(pairs.size() == 3);
+    REQUIRE(begun.size() == 6);  // one in the sub-space, four with it
+    CHECK(begun[3] == Event{first, last, 1, 1});
+    CHECK(begun[3] == pairs[1]);
+  }
+}
 
 TEST_CASE("The callback runs on the calling thread, in the program's mode, in a locked space",
           "[contract]") {

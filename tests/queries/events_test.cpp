@@ -2,10 +2,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <iterator>
-#include <map>
-#include <mutex>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,7 +17,6 @@
 #include "support/recorder.h"
 #include "support/rules_oracle.h"
 #include "support/scenes.h"
-#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -45,10 +40,6 @@ void settle(dSpaceID space, Random& random) {
   dParallelSAPSpaceSetNotified(space, random.chance(0.5));
 }
 
-bool skips(dSpaceID space) {
-  return dParallelSAPSpaceGetSkipStatic(space) || dParallelSAPSpaceGetSkipAsleep(space);
-}
-
 Pairs owedBy(const MovingScene& scene) {
   const Rules rules = Rules::of(scene.space());
   const EventsOracle::Geoms geoms = EventsOracle::byNumber(scene.order());
@@ -57,32 +48,6 @@ Pairs owedBy(const MovingScene& scene) {
     if (restOf(rules, geoms.at(pair.first), geoms.at(pair.second)) == Rest::no)
       pairs.push_back(pair);
   return pairs;
-}
-
-// Within the callback a geom is disabled, some of them for good, and the space collided: what is
-// found then is another matter.
-Pairs collideWithin(dSpaceID space) {
-  struct Within {
-    dSpaceID space;
-    Pairs pairs;
-    static void enable(dSpaceID space, dGeomID geom, bool on) {
-      (on ? dGeomEnable : dGeomDisable)(geom);
-      dParallelSAPSpaceNotify(space, geom);
-    }
-    static void call(void* data, dGeomID a, dGeomID b) {
-      Within& self = *static_cast<Within*>(data);
-      record(&self.pairs, a, b);
-      if (self.pairs.size() > 3) return;
-      const Events before = begunOf(self.space);
-      const bool enabled = dGeomIsEnabled(a);
-      enable(self.space, a, false);
-      for (int i = 0; i < 3; ++i) (void)collide(self.space);
-      if (enabled && number(a) % 2) enable(self.space, a, true);
-      if (begunOf(self.space) != before) throw std::logic_error("events of a collide within");
-    }
-  } within{space, {}};
-  dSpaceCollide(space, &within, Within::call);
-  return within.pairs;
 }
 
 Pairs pairsOfBlocks(dSpaceID space) {
@@ -107,9 +72,6 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
       collideUntil(space, 1);
       pairs = owedBy(scene);
       break;
-    case 1:  // whether a pair rests is asked afterwards
-      pairs = skips(space) ? collide(space) : collideWithin(space);
-      break;
     case 2:
       dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
       pairs = owedBy(scene);
@@ -133,102 +95,6 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
       pairs = collide(space);
   }
   return oracle.check(space, pairs, EventsOracle::byNumber(scene.order()));
-}
-
-// One contact call, whose callbacks decide by numbers and a mood which pairs touch.
-struct Toucher {
-  const MovingScene* scene;
-  std::size_t mood = 0;
-  long until_thrown = -1;  // contact callbacks
-  bool flags_throw = false, twice = false, collides = false;
-  Pairs touches = {}, reported = {};
-  std::mutex mutex = {};
-
-  static Toucher& of(void* data) { return *static_cast<Toucher*>(data); }
-  static int flags(void* data, dGeomID a, dGeomID b) {
-    const Toucher& self = of(data);
-    if (self.flags_throw) throw 1;
-    return (number(a) + number(b) + self.mood) % 5 ? 2 : 0;
-  }
-  static int reduce(void* data, dGeomID a, dGeomID b, dContactGeom*, int count) {
-    Toucher& self = of(data);
-    if ((number(a) ^ number(b)) % 7 == self.mood) return 0;
-    const std::lock_guard<std::mutex> lock(self.mutex);
-    self.touches.emplace_back(number(a), number(b));
-    return count;
-  }
-  static void report(void* data, dGeomID a, dGeomID b, const dContactGeom*, int) {
-    Toucher& self = of(data);
-    const dSpaceID space = self.scene->space();
-    if (self.reported.empty()) {
-      const Events begun = begunTouchesOf(space), ended = endedTouchesOf(space);
-      if (self.collides) {
-        Toucher other = {self.scene};
-        other.mood = self.mood + 1;
-        other.call();
-        if (begunTouchesOf(space) != begun || endedTouchesOf(space) != ended)
-          throw std::logic_error("touches of a collide within");
-      }
-    }
-    self.reported.emplace_back(number(a), number(b));
-    if (self.until_thrown-- == 0) throw 1;
-  }
-  static void spaces(void* data, dGeomID a, dGeomID b, void* pairs) {
-    for (int i = 0; i < 1 + of(data).twice; ++i) dSpaceCollide2(a, b, pairs, dParallelSAPAddPair);
-  }
-  void call() {
-    const dParallelSAPContactCallbacks callbacks = {report, flags, reduce,
-                                                    twice ? spaces : nullptr};
-    dParallelSAPSpaceCollideContacts(scene->space(), this, 0, &callbacks);
-  }
-};
-
-// The begun touches stand in the order of the reports.
-std::string wrongOrder(const Events& begun, const Pairs& reported) {
-  auto next = reported.begin();
-  for (const Event& event : begun) {
-    next = std::find(next, reported.end(), Pair(number(event.o1), number(event.o2)));
-    if (next == reported.end()) return "touches do not begin in the order of the reports";
-  }
-  return "";
-}
-
-// A frame of any kind, and what is wrong of it.
-std::string wrongTouches(const MovingScene& scene, EventsOracle& oracle, Random& random) {
-  const dSpaceID space = scene.space();
-  const std::size_t kind = random.below(12);
-  Toucher toucher = {&scene};
-  toucher.mood = random.chance(0.8) ? 0 : random.below(7);
-  toucher.twice = kind == 0;
-  toucher.collides = kind == 1;
-  toucher.until_thrown = kind == 2 ? static_cast<long>(random.below(5)) : -1;
-  toucher.flags_throw = kind == 3;
-  bool thrown = false;
-  try {
-    if (kind == 4)
-      (void)collide(space);
-    else if (kind == 5)
-      dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
-    else
-      toucher.call();
-  } catch (int) {
-    thrown = true;
-  }
-  const EventsOracle::Geoms geoms = EventsOracle::byNumber(scene.order());
-  const std::string problem = oracle.check(space, owedBy(scene), geoms);
-  if (problem != "") return problem;
-  // Without a pair there is nothing to throw at.
-  if (kind == 4 || kind == 5 || (kind == 3 && thrown)) return EventsOracle::checkNoTouches(space);
-  if (!thrown) {
-    const std::string order = wrongOrder(begunTouchesOf(space), toucher.reported);
-    if (order != "") return order;
-  }
-  EventsOracle::Geoms within = EventsOracle::byNumber(scene.inside());
-  for (auto geom = within.begin(); geom != within.end();) {
-    const bool is_in = dGeomGetSpace(asGeom(dGeomGetSpace(geom->second))) != nullptr;
-    geom = is_in ? std::next(geom) : within.erase(geom);  // a sub-space may have left
-  }
-  return oracle.checkTouches(space, toucher.touches, geoms, within);
 }
 
 }  // namespace
@@ -257,38 +123,6 @@ TEST_CASE("Begun and ended pairs and their numbers are those of a map of all pai
       CHECK(oracle.begun() > static_cast<std::size_t>(frames / 2));
       CHECK(oracle.ended() > static_cast<std::size_t>(frames / 2));
     }
-}
-
-TEST_CASE("Slots that are closed up between two frames change no number", "[events]") {
-  for (const std::size_t n : {90, 900}) {
-    Random random(seedOr(402));
-    const Space space;
-    dParallelSAPSpaceSetEvents(space, 1);
-    EventsOracle::Geoms in;
-    EventsOracle oracle;
-    std::size_t next = 0;
-    const auto create = [&] {
-      const dGeomID geom = in[next] = dCreateBox(space, 2, 2, 2);
-      setNumber(geom, next++);
-      const dReal x = static_cast<dReal>(random.between(0, 20));
-      dGeomSetPosition(geom, x, static_cast<dReal>(random.between(0, 20)), 0);
-    };
-    for (int frame = 0; frame < 40; ++frame) {
-      // Far more leave than stay, and others come while they leave.
-      while (in.size() > n / 5 && frame % 2) {
-        auto at = in.lower_bound(random.below(next));
-        if (at == in.end()) at = in.begin();
-        dGeomDestroy(at->second);
-        in.erase(at);
-        if (random.chance(0.1)) create();
-      }
-      while (in.size() < n) create();
-      const Pairs pairs = collide(space);
-      INFO(n << " geoms, frame " << frame);
-      REQUIRE(oracle.check(space, pairs, in) == "");
-    }
-    CHECK(oracle.ended() > 1000);
-  }
 }
 
 TEST_CASE("A scene at rest has no events, and all numbers stay", "[events]") {
@@ -411,44 +245,6 @@ TEST_CASE("Events are known before the first pair is, and stay when the callback
   }
 }
 
-TEST_CASE("Whatever is set, events are those of the pairs that are reported", "[events]") {
-  const std::uint64_t seed = seedOr(407);
-  const auto vetoes = [](dGeomID self, dGeomID other, dReal[6]) -> int {
-    return (number(other) + userBoxData(self).mood) % 3 != 0;
-  };
-  const struct {
-    dReal tolerance;
-    int skip_asleep;
-  } settings[] = {{0, 0}, {0, 1}, {dReal(0.2), 0}};
-  for (const auto& [tolerance, skip_asleep] : settings)
-    for (const std::size_t n : {60, 600}) {
-      const Space space;
-      World world(space);
-      Random random(seed);
-      world.addBoxes(denseCube(n, seed));
-      for (std::size_t i = 0; i < n; i += 2) world.giveBody(world.geoms()[i]);
-      const dGeomID moody = world.take(createUserBox(space, {0, 9, 0, 9, 0, 9}, false, vetoes));
-      world.take(dCreatePlane(space, 0, 0, 1, 1));
-      dParallelSAPSpaceSetTolerance(space, tolerance);
-      dParallelSAPSpaceSetSkipAsleep(space, skip_asleep);
-      dParallelSAPSpaceSetCullPlanes(space, 1);
-      dParallelSAPSpaceSetEvents(space, 1);
-      const EventsOracle::Geoms geoms = EventsOracle::byNumber(world.geoms());
-      EventsOracle oracle;
-      for (std::uint64_t frame = 0; frame < 60; ++frame) {
-        const dBodyID body = dGeomGetBody(world.geoms()[2 * random.below(n / 2)]);
-        (random.chance(0.7) ? dBodyDisable : dBodyEnable)(body);
-        if (tolerance > 0) world.jitter(frame % 20 == 10 ? 0.5 : 0.004, seed + frame);
-        if (frame % 5 == 0) ++userBoxData(moody).mood;
-        const Pairs pairs = collide(space);
-        INFO(n << " geoms, tolerance " << tolerance << ", skip asleep " << skip_asleep << ", frame "
-               << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-        REQUIRE(oracle.check(space, pairs, geoms) == "");
-      }
-      CHECK(oracle.ended() > 100);
-    }
-}
-
 TEST_CASE("While memory is given back no event comes twice and nothing is lost", "[events]") {
   for (const int skip : {0, 1}) {
     const std::uint64_t seed = seedOr(409);
@@ -474,31 +270,6 @@ TEST_CASE("While memory is given back no event comes twice and nothing is lost",
     }
     CHECK(least < most / 4);
   }
-}
-
-TEST_CASE("Touches are those of a map of all pairs with contacts", "[events]") {
-  const Messages messages;
-  for (const int threads : {1, 7})
-    for (const std::size_t geoms : {50, 180}) {
-      const std::uint64_t seed = seedOr(411);
-      Random random(seed);
-      MovingScene scene(configurations()[0], geoms, seed, {0, false, false});
-      EventsOracle oracle;
-      dParallelSAPSpaceSetEvents(scene.space(), dParallelSAPEventPairs | dParallelSAPEventTouches);
-      scene.promise();
-      const int frames = scaled(250);
-      for (int frame = 0; frame < frames; ++frame) {
-        if (random.chance(0.3)) scene.moveSome(random.chance(0.2) ? 1 : 0.05);
-        for (std::size_t i = random.below(6); i > 0; --i) scene.edit();
-        if (random.chance(0.1)) settle(scene.space(), random);
-        dParallelSAPSpaceSetNumThreads(scene.space(), threads);
-        INFO(threads << " threads, " << geoms << " geoms, frame " << frame
-                     << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-        REQUIRE(wrongTouches(scene, oracle, random) == "");
-      }
-      CHECK(oracle.begun() > static_cast<std::size_t>(frames));
-      CHECK(oracle.ended() > static_cast<std::size_t>(frames));
-    }
 }
 
 TEST_CASE("A touch keeps its number, which no other pair gets meanwhile", "[events]") {
@@ -649,6 +420,7 @@ TEST_CASE("Who asks for events that are off, or after another call, is told once
     return messages.all().size() == 1 ? messages.all()[0] : "";
   };
   const auto pairs = [&](dSpaceID asked) { dParallelSAPSpaceGetEndedPairs(asked, &events); };
+  const auto begun = [&](dSpaceID asked) { dParallelSAPSpaceGetBegunPairs(asked, &events); };
   const auto find = [&](dSpaceID asked) {
     unsigned number;
     dParallelSAPSpaceFindPair(asked, asGeom(space), asGeom(space), &number);
@@ -658,6 +430,7 @@ TEST_CASE("Who asks for events that are off, or after another call, is told once
     return text.find(name) != std::string::npos;
   };
   CHECK(names(said(0, pairs), "dParallelSAPSpaceGetEndedPairs()"));
+  CHECK(names(said(0, begun), "dParallelSAPSpaceGetBegunPairs()"));
   CHECK(names(said(0, find), "dParallelSAPSpaceFindPair()"));
   CHECK(names(said(dParallelSAPEventTouches, pairs), "dParallelSAPEventPairs"));
   CHECK(names(said(dParallelSAPEventPairs, touches), "dParallelSAPEventTouches"));

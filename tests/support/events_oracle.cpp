@@ -74,6 +74,27 @@ std::vector<unsigned> numbersOf(dSpaceID space) {
   return std::vector<unsigned>(numbers, numbers + count);
 }
 
+std::string Followed::follow(const Events& begun, const Events& ended) {
+  for (const Event& event : ended) {
+    const auto known = lasting_.find(event.number);
+    if (known == lasting_.end()) return "what ended had not begun";
+    if ((event.o1 && number(event.o1) != known->second.first) ||
+        (event.o2 && number(event.o2) != known->second.second))
+      return "what ended were other geoms";
+  }
+  for (const Event& event : begun)
+    if (!lasting_.emplace(event.number, Pair(number(event.o1), number(event.o2))).second)
+      return "two have one number";
+  for (const Event& event : ended) lasting_.erase(event.number);
+  return "";
+}
+
+Pairs Followed::lasting() const {
+  Pairs pairs;
+  for (const auto& [number, pair] : lasting_) pairs.push_back(pair);
+  return asSet(pairs);
+}
+
 EventsOracle::Geoms EventsOracle::byNumber(const std::vector<dGeomID>& geoms) {
   Geoms by_number;
   for (const dGeomID geom : geoms) by_number[number(geom)] = geom;
@@ -141,6 +162,10 @@ std::string EventsOracle::check(dSpaceID space, const Pairs& pairs, const Geoms&
   last_ = pairs;
   begun_ += begun.size();
   ended_ += ended.size();
+  if (!(dParallelSAPSpaceGetEvents(space) & dParallelSAPEventPairs))
+    return begunOf(space).empty() && endedOf(space).empty() && numbersOf(space).empty()
+               ? ""
+               : "pairs are told that are off";
   if (begunOf(space) != begun) return "begun pairs differ";
   if (endedOf(space) != ended) return "ended pairs differ";
   if (numbersOf(space) != numbers) return "numbers differ";
@@ -167,66 +192,74 @@ std::string EventsOracle::checkSearch(dSpaceID space, const Geoms& geoms) const 
   return "";
 }
 
-// What is wrong about a touch that began.
-std::string EventsOracle::beginTouch(dSpaceID space, const Pair& touch, const Event& event,
-                                     const Geoms& geoms) {
-  const Pair top(number(topOf(space, event.o1)), number(topOf(space, event.o2)));
-  const bool within = isWithin(touch, geoms);
-  if (!within && number(event.o1) != touch.first) return "geoms of a touch are turned";
-  const auto found = std::find(last_.begin(), last_.end(), ascending(top.first, top.second));
-  if (found != last_.begin() + static_cast<std::ptrdiff_t>(event.place))
-    return "a touch has another place";
-  const unsigned owed = within ? takeNumber() : known_.at(touch).number;
-  return owed == event.number ? "" : "a touch has another number";
+// The place of the pair that a touch is or is in.
+std::size_t EventsOracle::placeOf(dSpaceID space, dGeomID a, dGeomID b, const Names& names) const {
+  const Pair top = ascending(names.at(topOf(space, a)), names.at(topOf(space, b)));
+  return static_cast<std::size_t>(std::find(last_.begin(), last_.end(), top) - last_.begin());
 }
 
-std::string EventsOracle::checkTouches(dSpaceID space, const Pairs& touches, const Geoms& geoms,
-                                       const Geoms& within) {
-  std::set<Pair> now, begun;
-  for (const Pair& touch : touches) now.insert(ascending(touch.first, touch.second));
-  Geoms all = geoms;
-  all.insert(within.begin(), within.end());
-  // Ended ones may come in any order of their geoms, if these are in sub-spaces.
+// What is wrong about touches that began, in the order of all.
+std::string EventsOracle::beginTouches(dSpaceID space, const Pairs& touches, const Geoms& geoms,
+                                       const Names& names) {
+  auto next = touches.begin();
+  for (const Event& event : begunTouchesOf(space)) {
+    const Pair reported(names.at(event.o1), names.at(event.o2));
+    next = std::find(next, touches.end(), reported);
+    if (next == touches.end()) return "a touch began that is none, or out of order";
+    const Pair touch = ascending(reported.first, reported.second);
+    const bool within = isWithin(touch, geoms);
+    if (!touches_.emplace(touch, Known{event.number, event.place, within}).second)
+      return "a touch began that lasts";
+    if (event.place != placeOf(space, event.o1, event.o2, names)) return "a touch at another place";
+    if (event.number != (within ? takeNumber() : known_.at(touch).number))
+      return "a touch has another number";
+    ++begun_;
+  }
+  return "";
+}
+
+// Ended ones may come in any order of their geoms, if these are in sub-spaces.
+std::string EventsOracle::endTouches(dSpaceID space, const std::set<Pair>& now, const Geoms& geoms,
+                                     const Geoms& all) {
   using Ended = std::tuple<std::size_t, unsigned, std::set<dGeomID>>;
   std::multiset<Ended> owed, told;
+  std::size_t place = 0;
+  for (const Event& event : endedTouchesOf(space)) {
+    told.insert({event.place, event.number, {event.o1, event.o2}});
+    if (event.place < place) return "touches are not by place";
+    place = event.place;
+  }
   for (auto touch = touches_.begin(); touch != touches_.end();) {
     const auto& [pair, is] = *touch;
-    if (now.count(pair) || restOf(space, geoms, pair) != Rest::no) {
+    const Ended ended = {is.place, is.number, {geomOf(all, pair.first), geomOf(all, pair.second)}};
+    const Rest rest = now.count(pair) ? Rest::yes : restOf(space, geoms, pair);
+    if (rest == Rest::yes || (rest == Rest::either && !told.count(ended))) {
       ++touch;
       continue;
     }
     if (is.within || held_.erase(is.number)) ended_numbers_.push_back(is.number);
-    owed.insert({is.place, is.number, {geomOf(all, pair.first), geomOf(all, pair.second)}});
+    owed.insert(ended);
     touch = touches_.erase(touch);
+    ++ended_;
   }
-  const Events ended = endedTouchesOf(space);
-  for (const Event& event : ended) told.insert({event.place, event.number, {event.o1, event.o2}});
-  if (owed != told) return "ended touches differ";
+  return owed == told ? "" : "ended touches differ";
+}
 
-  const Events events = begunTouchesOf(space);
-  for (const Events* const list : {&ended, &events})
-    for (std::size_t i = 1; i < list->size(); ++i)
-      if ((*list)[i].place < (*list)[i - 1].place) return "touches are not by place";
-  for (const Event& event : events) {
-    const Pair touch = ascending(number(event.o1), number(event.o2));
-    if (!now.count(touch)) return "a touch began that is none";
-    if (touches_.count(touch)) return "a touch began that lasts";
-    const std::string problem = beginTouch(space, touch, event, geoms);
-    if (problem != "") return problem;
-    touches_[touch] = {event.number, event.place, isWithin(touch, geoms)};
-  }
-  begun_ += events.size();
-  ended_ += ended.size();
+std::string EventsOracle::checkTouches(dSpaceID space, const Pairs& touches, const Geoms& geoms,
+                                       const Geoms& within) {
+  std::set<Pair> now;
+  for (const Pair& touch : touches) now.insert(ascending(touch.first, touch.second));
+  Geoms all = geoms;
+  all.insert(within.begin(), within.end());
+  Names names;
+  for (const auto& [name, geom] : all) names[geom] = name;
+  std::string problem = endTouches(space, now, geoms, all);
+  if (problem == "") problem = beginTouches(space, touches, geoms, names);
+  if (problem != "") return problem;
   for (const Pair& touch : now) {
     const auto found = touches_.find(touch);
     if (found == touches_.end()) return "a touch did not begin";
-    if (!found->second.within) {
-      found->second.place = known_.at(touch).place;
-    } else {
-      const dGeomID a = all.at(touch.first), b = all.at(touch.second);
-      const Pair top = ascending(number(topOf(space, a)), number(topOf(space, b)));
-      found->second.place = known_.at(top).place;
-    }
+    found->second.place = placeOf(space, all.at(touch.first), all.at(touch.second), names);
   }
   return "";
 }

@@ -31,6 +31,17 @@ std::vector<unsigned> numbersOf(dSpaceID space);
 Events begunTouchesOf(dSpaceID space);
 Events endedTouchesOf(dSpaceID space);
 
+// What a space has told of its pairs or touches: those that last, by their numbers.
+class Followed {
+ public:
+  // "" or which event cannot be, after those before.
+  std::string follow(const Events& begun, const Events& ended);
+  Pairs lasting() const;
+
+ private:
+  std::map<unsigned, Pair> lasting_;
+};
+
 // Follows a space from its first frame with events on.
 class EventsOracle {
  public:
@@ -41,8 +52,8 @@ class EventsOracle {
   // time that they were added; `geoms`: those that are in the space now. Returns what is wrong
   // about what the space says; "" if nothing is.
   std::string check(dSpaceID space, const Pairs& pairs, const Geoms& geoms);
-  // `touches`: the two geoms whose contacts were reported, of a frame whose pairs were checked.
-  // `within`: all geoms in sub-spaces.
+  // `touches`: the two geoms whose contacts are reported, in that order, of a frame whose pairs
+  // were checked. `within`: all geoms in sub-spaces.
   std::string checkTouches(dSpaceID space, const Pairs& touches, const Geoms& geoms,
                            const Geoms& within);
   // Of a frame that changes no touch: the space says nothing.
@@ -62,7 +73,12 @@ class EventsOracle {
   Events end(dSpaceID space, const Pairs& pairs, const Geoms& geoms);
   Events begin(const Pairs& pairs, const Geoms& geoms, std::vector<unsigned>& numbers);
   std::string checkSearch(dSpaceID space, const Geoms& geoms) const;
-  std::string beginTouch(dSpaceID space, const Pair& touch, const Event& event, const Geoms& geoms);
+  using Names = std::map<dGeomID, std::size_t>;
+  std::size_t placeOf(dSpaceID space, dGeomID a, dGeomID b, const Names& names) const;
+  std::string beginTouches(dSpaceID space, const Pairs& touches, const Geoms& geoms,
+                           const Names& names);
+  std::string endTouches(dSpaceID space, const std::set<Pair>& now, const Geoms& geoms,
+                         const Geoms& all);
   unsigned takeNumber();
 
   Pairs last_;
