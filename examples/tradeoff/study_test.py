@@ -13,7 +13,7 @@ import unittest
 sys.dont_write_bytecode = True  # nothing is left beside the sources
 
 import study
-from study import BASE, ITERATED, LIMITS, REFERENCES, Setting, twice
+from study import BASE, ITERATED, LIMITS, REFERENCES, Setting
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 DEAR = dict(status="exit code -24", took_s=9.0)  # dWorldStep takes too long
@@ -50,19 +50,14 @@ def studied(model, most=10 ** 6, exact=False):
     return one, asked
 
 
-class Intervals(unittest.TestCase):
-    def test_hold_the_mean_as_often_as_they_say(self):
-        draw = random.Random(7)
-        for name, one in dict(exponential=lambda: 0.05 * draw.expovariate(1), uniform=lambda: draw.uniform(0, 0.1)).items():
-            found = [study.interval([one() for _ in range(study.FRESH[0])]) for _ in range(150)]
-            self.assertGreater(sum(i.low <= 0.05 <= i.high for i in found) / 150, 0.95, name)
-            self.assertLess(sum(i.high < 0.05 for i in found) / 150, 0.04, name)  # would name a false winner
-
-    def test_one_failure_in_a_dozen_is_not_averaged_away(self):
-        self.assertGreater(study.interval([0.0] * 11 + [1.0]).high, 0.4)
-
-
 class Errors(unittest.TestCase):
+    def test_are_rarely_above_what_is_said_at_most(self):
+        draw = random.Random(7)
+        for name, one in dict(exponential=lambda: draw.expovariate(20), uniform=lambda: draw.uniform(0, 0.1)).items():
+            found = [study.at_most([one() for _ in study.FRESH], study.SURE) for _ in range(3000)]
+            self.assertLess(sum(most < 0.05 for most in found) / 3000, 0.03, name)  # would name a false winner
+        self.assertGreater(study.at_most([0.0] * 19 + [1.0], study.SURE), 0.2)  # a failure is not averaged away
+
     def test_are_the_largest_difference(self):
         self.assertAlmostEqual(study.error(row_of(0.1, outcome_sag=0.4), row_of(0.2, outcome_sag=0.1)), 0.3)
         self.assertEqual(study.error(row_of(0.1), row_of(0.2, outcome_sag="")), 0.1)  # another scene's column
@@ -80,9 +75,9 @@ class Answers(unittest.TestCase):
         one, asked = studied(by_step(1.0))  # 6.25 ms are off by 0.7 %
         self.assertEqual([answer.why for answer in one.answers.values()], ["", "", ""])
         self.assertEqual([s.dt for s in self.named(one)], [0.04, 0.04, 0.00625])
-        self.assertEqual({study.knobs_of(s) for s in self.named(one)}, {0})
+        self.assertEqual({s for s in self.named(one) if study.knobs_of(s)}, set())
         for setting in self.named(one):
-            self.assertTrue(all((setting, seed) in asked for seed in study.fresh(12)))
+            self.assertTrue(all((setting, seed) in asked for seed in study.FRESH))
 
     def test_are_those_of_a_search_of_all(self):
         """Errors by any part of a setting, in no order: nothing that is cheaper and within a limit is passed over."""
@@ -100,16 +95,17 @@ class Answers(unittest.TestCase):
                 self.assertIn(setting, within)
                 least = min(map(cost, within))
                 self.assertLessEqual(cost(setting), study.NOISE * least)
-                self.assertEqual(study.knobs_of(setting), min(study.knobs_of(s) for s in within if cost(s) <= study.NOISE * least))
+                fewest = min(len(study.knobs_of(s)) for s in within if cost(s) <= study.NOISE * least)
+                self.assertEqual(len(study.knobs_of(setting)), fewest)
 
     def test_are_the_simplest_of_those_that_cost_as_much(self):
         def model(setting, seed):  # contacts and sleep save a little time, which is noise
             off = 0 if setting in REFERENCES else setting.dt * (1.01 if study.knobs_of(setting) else 1)
-            return row_of(off, cost_of(setting) * (1 - 0.05 * study.knobs_of(study.work_of(setting))))
+            return row_of(off, cost_of(setting) * (1 - 0.05 * len(study.knobs_of(study.work_of(setting)))))
         one, asked = studied(model)
-        self.assertEqual({study.knobs_of(s) for s in self.named(one)}, {0})
+        self.assertEqual({s for s in self.named(one) if study.knobs_of(s)}, set())
         self.assertEqual({s.sleep for s, _ in asked}, {"off", "on"})
-        self.assertEqual({study.knobs_of(s) for s, _ in asked if s not in REFERENCES}, {0, 1})
+        self.assertEqual({len(study.knobs_of(s)) for s, _ in asked if s not in REFERENCES}, {0, 1})
 
     def test_are_no_knobs_that_change_nothing(self):
         def model(setting, seed):  # no contacts: their number is noise in the costs
@@ -131,12 +127,6 @@ class Answers(unittest.TestCase):
             named += one.answers[0.05].setting is not None
             self.assertIn("fresh seeds refuse 5", one.answers[0.05].why + "fresh seeds refuse 5" * named)
         self.assertLessEqual(named, 1)
-
-    def test_cost_as_much_as_they_are_exact(self):
-        for slope in 0.5, 2.0, 8.0:
-            one, _ = studied(by_step(slope, noise=1.0))
-            costs = [one.cost(s) for s in self.named(one) if s]
-            self.assertEqual(costs, sorted(costs))
 
     def test_are_there_after_any_number_of_runs(self):
         for most in (0, 1, 3, 5, 9, 20):
@@ -170,7 +160,7 @@ class References(unittest.TestCase):
             off = 0.2 * setting.dt if setting.solver == "step" else 0.6 + 10 / setting.iterations
             return row_of(off, cost_of(setting))
         one, asked = studied(model, exact=True)
-        self.assertFalse({s for s, _ in asked} & {*ITERATED[1:], *map(twice, ITERATED)})
+        self.assertFalse({s for s, _ in asked} & {*ITERATED[1:], *study.TWICE})
         self.assertEqual(list(one.answers.values())[1:], [one.answers[0.2]] * 2)
         self.assertEqual(one.answers[0.01][::2], (BASE._replace(dt=0.04, solver="step"), ""))
 
@@ -186,13 +176,17 @@ class Programs(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 
-    def start(self, *words):
-        return subprocess.Popen([sys.executable, os.path.join(HERE, "tradeoff.py"), "--out", self.folder, *words],
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-
-    def call(self, *words):
-        child = self.start(*words)
-        return child.communicate()[0], child.returncode
+    def ends(self, code, *words, interrupt=False):
+        """What the study says, once it ends with this code."""
+        child = subprocess.Popen([sys.executable, os.path.join(HERE, "tradeoff.py"), "--out", self.folder, *words],
+                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        while interrupt and not os.path.exists(os.path.join(self.folder, "scenes.csv")):
+            time.sleep(0.1)
+        if interrupt:
+            child.send_signal(signal.SIGINT)
+        said = child.communicate()[0]
+        self.assertEqual(child.returncode, code, said)
+        return said
 
     def rows(self):
         with open(os.path.join(self.folder, "scenes.csv"), newline="") as file:
@@ -200,30 +194,21 @@ class Programs(unittest.TestCase):
 
     def test_have_an_answer_when_the_budget_is_spent_and_go_on_from_there(self):
         words = ("--program", point, "--scene", "tower", "--budget", "8")
-        began = time.monotonic()
-        said, code = self.call(*words)
-        self.assertLess(time.monotonic() - began, 30)
-        self.assertEqual(code, 75, said)
+        said = self.ends(75, *words)
         self.assertIn("| tower |", said[said.rindex("| scene |"):])
         first = self.rows()
-        self.call(*words)
+        self.ends(75, *words)
         keys = [tuple(row[name] for name in ("scene", "seed", *Setting._fields)) for row in self.rows()]
         self.assertEqual(self.rows()[:len(first)], first)
         self.assertEqual(len(set(keys)), len(keys))
         self.assertGreater(len(keys), len(first))
 
     def test_answer_when_they_are_interrupted(self):
-        child = self.start("--program", point, "--scene", "heap")
-        while not os.path.exists(os.path.join(self.folder, "scenes.csv")):
-            time.sleep(0.1)
-        child.send_signal(signal.SIGINT)
-        said = child.communicate(timeout=30)[0]
-        self.assertEqual(child.returncode, 75, said)
+        said = self.ends(75, "--program", point, "--scene", "heap", interrupt=True)
         self.assertIn("| heap | 1, 5, 20 % | not known yet |", said)
 
     def test_are_studied_to_the_end(self):
-        said, code = self.call("--program", own_program, "--budget", "200")
-        self.assertEqual(code, 0, said)
+        said = self.ends(0, "--program", own_program, "--budget", "200")
         self.assertRegex(said, r"\| harness-test \| [0-9, ]*20 % \| (40|25) ms, [^|()]*\|")
         self.assertTrue(all(row["scene"].startswith("harness-test-") for row in self.rows()))
         self.assertIn("outcome_time", self.rows()[0])
@@ -235,14 +220,12 @@ class Programs(unittest.TestCase):
         with open(wrong, "w") as file:
             file.write("#!/bin/sh\necho 'no such setting' >&2\nexit 2\n")
         os.chmod(wrong, 0o755)
-        said, code = self.call("--program", wrong)
-        self.assertEqual(code, 1)
-        self.assertIn("no such setting", said)
+        self.assertIn("no such setting", self.ends(1, "--program", wrong))
 
     def test_are_repeatable(self):
         words = [point, "heap", "--seed", "3", "--dt", "0.02"]
         one, other = (subprocess.run(words, stdout=subprocess.PIPE, text=True).stdout.splitlines() for _ in range(2))
-        self.assertEqual(one[1].split(",")[1:], other[1].split(",")[1:])  # but for the time
+        self.assertEqual(one[1:], other[1:])  # but for the time
 
 
 if __name__ == "__main__":
