@@ -115,17 +115,14 @@ inline Settings parseSettings(int argc, char** argv) {
 }
 
 // One step after the other with these settings: pairs, contacts, joints, solver. On one thread.
-class Stepper {
- public:
-  using Surface = std::function<bool(dContact&)>;
+struct Stepper {
+  dWorldID world;
+  dSpaceID space;
+  const Scene& scene;
+  const Settings& settings;
+  dJointGroupID joints = dJointGroupCreate(0);
 
-  Stepper(dWorldID world, dSpaceID space, const Settings& settings,
-          const std::vector<dBodyID>& bodies, const Surface& surface)
-      : world_(world),
-        space_(space),
-        settings_(settings),
-        surface_(surface),
-        joints_(dJointGroupCreate(0)) {
+  void prepare(const std::vector<dBodyID>& bodies) const {
     double lightest = massOf(bodies.front());
     for (dBodyID body : bodies) {
       dBodySetAutoDisableFlag(body, settings.sleep == "on");
@@ -138,26 +135,19 @@ class Stepper {
     dParallelSAPSpaceSetNumThreads(space, 1);
     dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
   }
-  ~Stepper() { dJointGroupDestroy(joints_); }
-  Stepper(const Stepper&) = delete;
-  Stepper& operator=(const Stepper&) = delete;
 
   void step() {
-    collideIn(space_);
-    const dReal dt = dReal(settings_.dt);
-    settings_.solver == "step" ? dWorldStep(world_, dt) : dWorldQuickStep(world_, dt);
-    dJointGroupEmpty(joints_);
+    collideIn(space);
+    (settings.solver == "step" ? dWorldStep : dWorldQuickStep)(world, dReal(settings.dt));
+    dJointGroupEmpty(joints);
   }
 
- private:
-  static constexpr int most_found = 64;
-
   // Pairs within each space; near() goes into those between two of them.
-  void collideIn(dSpaceID space) {
-    dSpaceCollide(space, this, near);
-    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
-      if (dGeomIsSpace(dSpaceGetGeom(space, i)))
-        collideIn(reinterpret_cast<dSpaceID>(dSpaceGetGeom(space, i)));
+  void collideIn(dSpaceID of) {
+    dSpaceCollide(of, this, near);
+    for (int i = 0; i < dSpaceGetNumGeoms(of); ++i)
+      if (dGeomIsSpace(dSpaceGetGeom(of, i)))
+        collideIn(reinterpret_cast<dSpaceID>(dSpaceGetGeom(of, i)));
   }
 
   static void near(void* data, dGeomID first, dGeomID second) {
@@ -171,29 +161,23 @@ class Stepper {
     const dBodyID a = dGeomGetBody(first), b = dGeomGetBody(second);
     if (!a && !b) return;
     if (a && b && dAreConnectedExcluding(a, b, dJointTypeContact)) return;
-    dContactGeom found[most_found];
-    int count =
-        dCollide(first, second, settings_.reducer == "first" ? settings_.contacts : most_found,
-                 found, sizeof(dContactGeom));
-    if (settings_.reducer == "deepest")
-      count = dParallelSAPKeepDeepest(found, count, settings_.contacts);
-    if (settings_.reducer == "spread")
-      count = dParallelSAPKeepSpread(found, count, settings_.contacts);
+    constexpr int all = 64;
+    const int most = settings.contacts;
+    const bool reduces = settings.reducer != "first";
+    dContactGeom found[all];
+    int count = dCollide(first, second, reduces ? all : most, found, sizeof(dContactGeom));
+    if (reduces)
+      count = (settings.reducer == "deepest" ? dParallelSAPKeepDeepest : dParallelSAPKeepSpread)(
+          found, count, most);
     for (int i = 0; i < count; ++i) {
       dContact contact = {};
       contact.geom = found[i];
       contact.surface.mode = dContactApprox1;
       contact.surface.mu = dReal(0.6);
-      if (!surface_ || surface_(contact))
-        dJointAttach(dJointCreateContact(world_, joints_, &contact), a, b);
+      if (!scene.surface || scene.surface(contact))
+        dJointAttach(dJointCreateContact(world, joints, &contact), a, b);
     }
   }
-
-  dWorldID world_;
-  dSpaceID space_;
-  const Settings& settings_;
-  const Surface& surface_;
-  dJointGroupID joints_;
 };
 
 // What a run comes to. Outcomes are in units in which 1 is an error of 100 %.
@@ -298,10 +282,7 @@ class Outcomes {
     for (const Observation& seen : scene_.observe()) {
       const std::string& name = seen.name;
       if (known.count(name) || std::any_of(name.begin(), name.end(), is_odd) || !(seen.scale > 0))
-        throw std::invalid_argument(
-            "an observation has a scale above 0, and a name of letters, "
-            "digits and _ that no other outcome has: " +
-            name);
+        throw std::invalid_argument("no scale above 0, or no name of an observation: " + name);
       observed_[name].first += seen.value / seen.scale;
       ++observed_[name].second;
     }
@@ -329,7 +310,8 @@ inline std::map<std::string, double> measure(const Scene& scene, const Settings&
   scene.build(world, space, settings.seed);
   if (scene.prepare) scene.prepare(settings.dt);
   Outcomes outcomes(scene, world, space);
-  Stepper stepper(world, space, settings, outcomes.bodies(), scene.surface);
+  Stepper stepper = {world, space, scene, settings};
+  stepper.prepare(outcomes.bodies());
   const auto steps = static_cast<size_t>(std::max(1l, std::lround(scene.seconds / settings.dt)));
   const std::clock_t began = std::clock();  // the processor's time, not the clock's
   for (size_t i = 0; i < steps; ++i) {
@@ -341,6 +323,7 @@ inline std::map<std::string, double> measure(const Scene& scene, const Settings&
   std::map<std::string, double> row = {{"ms_per_s", spent / (double(steps) * settings.dt)},
                                        {"undriven", scene.undriven}};
   for (const auto& [name, value] : outcomes.all()) row["outcome_" + name] = value;
+  dJointGroupDestroy(stepper.joints);
   dSpaceDestroy(space);
   dWorldDestroy(world);
   dCloseODE();

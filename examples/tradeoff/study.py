@@ -115,10 +115,7 @@ class Study:
 
     def costs(self, setting):
         """Processor milliseconds a simulated second: the median over all rows of the same work, and its quartiles."""
-        values = self.spent.get(work_of(setting), ())
-        if len(values) < 2:
-            return tuple(values) * 3 or (0.0,) * 3
-        low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
+        low, middle, high = statistics.quantiles(2 * self.spent.get(work_of(setting), [0.0]), n=4)
         return middle, low, high
 
     def cost(self, setting):
@@ -238,11 +235,10 @@ class Study:
 
     def front(self):
         """Of these, the ones that are more exact than all that are cheaper."""
-        best, rows = math.inf, []
+        rows = []
         for row in self.trade():
-            if row[1] < best:
+            if not rows or row[1] < rows[-1][1]:
                 rows.append(row)
-                best = row[1]
         return rows
 
     def lines(self, title):

@@ -58,11 +58,9 @@ class Errors(unittest.TestCase):
             self.assertLess(sum(most < 0.05 for most in found) / 3000, 0.03, name)  # would name a false winner
         self.assertGreater(study.at_most([0.0] * 19 + [1.0], study.SURE), 0.2)  # a failure is not averaged away
 
-    def test_are_the_largest_difference(self):
+    def test_are_the_largest_difference_and_all_where_a_run_fails(self):
         self.assertAlmostEqual(study.error(row_of(0.1, outcome_sag=0.4), row_of(0.2, outcome_sag=0.1)), 0.3)
         self.assertEqual(study.error(row_of(0.1), row_of(0.2, outcome_sag="")), 0.1)  # another scene's column
-
-    def test_are_all_where_a_run_fails(self):
         for row in dict(status="exit code 1"), row_of(9.0), row_of(float("nan")):
             self.assertEqual(study.error(row, row_of()), 1)
 

@@ -29,20 +29,16 @@ SCENES = ("arm", "tower", "heap")
 GO_ON = 75
 CORES = len(os.sched_getaffinity(0))
 ORIGIN = ("cpu", "cores", "commit", "date")
-HEAD = ["| scene | within | cheapest setting | ms of processor a simulated second | error | reference and its bias |",
-        "| --- | ---: | --- | ---: | ---: | ---: |"]
+HEAD = "| scene | within | cheapest setting | ms of processor a simulated second | error | reference and its bias |"
 
 
 def origin():
     """Where rows are from."""
-    with open("/proc/cpuinfo") as lines:
-        cpu = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown CPU")
-    words = ["git", "-C", TOP, "describe", "--always", "--exclude=*", "--abbrev=10", "--dirty=-changed"]
-    try:
-        commit = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.strip()
-    except FileNotFoundError:
-        commit = ""
-    return dict(zip(ORIGIN, (cpu, str(CORES), commit or "unknown", datetime.date.today().isoformat())))
+    with open("/proc/cpuinfo") as file:
+        cpu = re.findall(r"model name\s*: (.*)", file.read()) or ["unknown CPU"]
+    describe = "git -C '%s' describe --always --exclude='*' --abbrev=10 --dirty=-changed 2>/dev/null || echo unknown" % TOP
+    commit = subprocess.run(describe, shell=True, stdout=subprocess.PIPE, text=True).stdout.strip()
+    return dict(zip(ORIGIN, (cpu[0], str(CORES), commit, datetime.date.today().isoformat())))
 
 
 def parsed(name, text):
@@ -186,7 +182,7 @@ def main():
     signal.signal(signal.SIGALRM, signal.default_int_handler)
     for number in signal.SIGINT, signal.SIGTERM:
         signal.signal(number, stop)
-    code, lines = 0, list(HEAD)
+    code, lines = 0, [HEAD, "| --- | ---: | --- | ---: | ---: | ---: |"]
     for at, (title, name, command) in enumerate(scenes):
         one, said = study.Study(), set()
         try:
@@ -204,8 +200,10 @@ def main():
         lines += one.lines(title)
         if one.front():
             draw(os.path.join(options.out, title.lower() + ".svg"), title, one)
-            rows = ["| %s | %.3g | %s |" % (study.name_of(setting), cost, study.percent(off)) for cost, off, setting in one.front()]
-            print("\n".join(["", "| %s | ms | error |" % title, "| --- | ---: | ---: |", *rows, ""]))
+            print("\n| %s | ms | error |\n| --- | ---: | ---: |" % title)
+            for cost, off, setting in one.front():
+                print("| %s | %.3g | %s |" % (study.name_of(setting), cost, study.percent(off)))
+            print()
     answer = "\n".join(lines) + "\n\n" + table.origins()
     print(answer)
     if options.write:
