@@ -25,12 +25,12 @@ dBodyID addBox(dWorldID world, dSpaceID space, double x, double z, double wide, 
   return body;
 }
 
-// Two boxes, half in each other, over a plane.
+// Two boxes, half in each other, over a plane; each in a space of its own.
 tradeoff::Scene overlapping() {
   tradeoff::Scene scene;
   scene.build = [](dWorldID world, dSpaceID space, unsigned long) {
     dCreatePlane(space, 0, 0, 1, 0);
-    for (double x : {0.0, 0.5}) addBox(world, space, x, 0.5, 1, 1);
+    for (double x : {0.0, 0.5}) addBox(world, dSimpleSpaceCreate(space), x, 0.5, 1, 1);
   };
   scene.seconds = 2;
   return scene;

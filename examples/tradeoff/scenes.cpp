@@ -9,27 +9,18 @@ using tradeoff::Vector;
 
 constexpr double pi = 3.14159265358979;
 
-dReal real(double value) {
-  return static_cast<dReal>(value);
-}
-
-// A body with this geom, not damped: damping would hide errors.
-dBodyID addBody(dWorldID world, dGeomID geom, const dMass& mass, const Vector& place) {
+// Of 1,000 kg/m^3: water, wood, plastics. Not damped: damping would hide errors.
+dBodyID addBox(dWorldID world, dSpaceID space, const Vector& side, const Vector& place) {
+  const dReal x = dReal(side[0]), y = dReal(side[1]), z = dReal(side[2]);
   const dBodyID body = dBodyCreate(world);
+  dMass mass;
+  dMassSetBox(&mass, 1000, x, y, z);
   dBodySetMass(body, &mass);
-  dBodySetPosition(body, real(place[0]), real(place[1]), real(place[2]));
-  dGeomSetBody(geom, body);
+  dBodySetPosition(body, dReal(place[0]), dReal(place[1]), dReal(place[2]));
+  dGeomSetBody(dCreateBox(space, x, y, z), body);
   dBodySetLinearDamping(body, 0);
   dBodySetAngularDamping(body, 0);
   return body;
-}
-
-// Of 1,000 kg/m^3: water, wood, plastics.
-dBodyID addBox(dWorldID world, dSpaceID space, const Vector& side, const Vector& place) {
-  const dReal x = real(side[0]), y = real(side[1]), z = real(side[2]);
-  dMass mass;
-  dMassSetBox(&mass, 1000, x, y, z);
-  return addBody(world, dCreateBox(space, x, y, z), mass, place);
 }
 
 // Boxes of 0.6 to 1 m fall in layers of nine into a pit of planes, tilted a little so that they do
@@ -39,8 +30,8 @@ void buildHeap(dWorldID world, dSpaceID space, unsigned long seed) {
   Random random(seed);
   dCreatePlane(space, 0, 0, 1, 0);
   for (int sign : {1, -1}) {
-    dCreatePlane(space, real(sign), 0, 0, real(-1.5 * cell));
-    dCreatePlane(space, 0, real(sign), 0, real(-1.5 * cell));
+    dCreatePlane(space, dReal(sign), 0, 0, dReal(-1.5 * cell));
+    dCreatePlane(space, 0, dReal(sign), 0, dReal(-1.5 * cell));
   }
   for (int i = 0; i < 40; ++i) {
     Vector side;
@@ -48,8 +39,8 @@ void buildHeap(dWorldID world, dSpaceID space, unsigned long seed) {
     const double x = cell * (i % 3 - 1), y = cell * (i / 3 % 3 - 1);
     const dBodyID body = addBox(world, space, side, {x, y, 1 + layer * (i / 9)});
     const double angle = random.uniform(0, pi);
-    const dQuaternion turn = {real(std::cos(angle / 2)), real(random.uniform(-tilt, tilt)),
-                              real(random.uniform(-tilt, tilt)), real(std::sin(angle / 2))};
+    const dQuaternion turn = {dReal(std::cos(angle / 2)), dReal(random.uniform(-tilt, tilt)),
+                              dReal(random.uniform(-tilt, tilt)), dReal(std::sin(angle / 2))};
     dBodySetQuaternion(body, turn);
   }
 }
@@ -64,7 +55,8 @@ void buildTower(dWorldID world, dSpaceID space, unsigned long seed) {
   }
 }
 
-// Six links in a row from a post, each on a motor that swings its joint; the last one holds a tool.
+// Six links in a row from a post, each on a motor that swings its joint; the last one holds a tool
+// of 1 kg.
 struct Arm {
   std::vector<dJointID> joints;
   dBodyID tool;
@@ -76,19 +68,16 @@ void buildArm(dWorldID world, dSpaceID space, unsigned long seed) {
   arm.phase = Random(seed).uniform(0, 2 * pi);
   dBodyID last = nullptr;
   for (int i = 0; i < 6; ++i) {
-    const dBodyID link =
-        addBox(world, space, {length - 0.02, 0.06, 0.06}, {length * (i + 0.5), 0, 3});
+    const dBodyID link = addBox(world, space, {0.28, 0.06, 0.06}, {length * (i + 0.5), 0, 3});
     const dJointID joint = dJointCreateHinge(world, nullptr);
     dJointAttach(joint, link, last);
-    dJointSetHingeAnchor(joint, real(length * i), 0, 3);
+    dJointSetHingeAnchor(joint, dReal(length * i), 0, 3);
     dJointSetHingeAxis(joint, 0, 1, 0);
     dJointSetHingeParam(joint, dParamFMax, 10000);
     arm.joints.push_back(joint);
     last = link;
   }
-  dMass mass;
-  dMassSetSphere(&mass, 8000, real(0.03));
-  arm.tool = addBody(world, dCreateSphere(space, real(0.03)), mass, {6 * length + 0.05, 0, 3});
+  arm.tool = addBox(world, space, {0.1, 0.1, 0.1}, {6 * length + 0.05, 0, 3});
   const dJointID grip = dJointCreateFixed(world, nullptr);
   dJointAttach(grip, arm.tool, last);
   dJointSetFixed(grip);
@@ -99,7 +88,7 @@ void controlArm(double time) {
   for (const dJointID joint : arm.joints) {
     const double now = 1.5 * time + begun, wanted = 0.3 * (std::sin(now) - std::sin(begun));
     const double speed = 0.45 * std::cos(now) + 10 * (wanted - double(dJointGetHingeAngle(joint)));
-    dJointSetHingeParam(joint, dParamVel, real(speed));
+    dJointSetHingeParam(joint, dParamVel, dReal(speed));
     begun += 1;
   }
 }
@@ -116,11 +105,9 @@ int main(int argc, char** argv) {
   const std::string name = argc > 1 ? argv[1] : "";
   tradeoff::Scene scene;
   scene.undriven = true;
-  scene.build = buildHeap;
-  if (name == "tower") {
-    scene.build = buildTower;
-    scene.seconds = 4;
-  } else if (name == "arm") {
+  scene.build = name == "tower" ? buildTower : buildHeap;
+  if (name == "tower") scene.seconds = 4;
+  if (name == "arm") {
     scene.build = buildArm;
     scene.control = controlArm;
     scene.observe = observeArm;
@@ -129,7 +116,7 @@ int main(int argc, char** argv) {
     scene.seconds = 3;
     scene.rests = scene.undriven = false;
     scene.ignores = "height+spread";
-  } else if (name != "heap") {
+  } else if (name != "tower" && name != "heap") {
     std::fprintf(stderr, "%s: which scene? arm, tower or heap\n", argv[0]);
     return 2;
   }

@@ -98,7 +98,7 @@ class Study:
         self.rows = {}         # by setting and seed; who drives search() adds them
         self.spent = {}        # costs of the rows, by the work of their settings
         self.answers = dict.fromkeys(LIMITS, Answer())
-        self.references = {}   # of the limits for which one has converged, and its bias
+        self.references = {}   # of the limits for which one has converged
         self.exact = False     # dWorldStep is affordable
         self.patience = None   # processor seconds that the runs now wanted may take
 
@@ -110,8 +110,7 @@ class Study:
     # What follows from rows.
 
     def errors(self, setting, seeds, limit):
-        reference = self.references[limit][0]
-        return [error(self.rows[setting, seed], self.rows[reference, seed]) for seed in seeds]
+        return [error(self.rows[setting, seed], self.rows[self.references[limit], seed]) for seed in seeds]
 
     def costs(self, setting):
         """Processor milliseconds a simulated second: the median over all rows of the same work, and its quartiles."""
@@ -168,12 +167,11 @@ class Study:
             (before, far), (now, near) = self.change(coarse, middle), self.change(middle, fine)
             bias = max([before / 2, now] + [self.change(fine, check)[0] for check in checks])
             if bias <= MOST_BIAS * limit and near <= limit:
-                self.references[limit] = fine, bias
+                self.references[limit] = fine
                 return
             hopeless = max(limit, STEADY * far) < near < 0.9
-            why = "single runs of %s and of twice the step differ by %s" if hopeless else "%s may be off by %s"
-            why %= name_of(fine), percent(near if hopeless else bias)
-            self.answers[limit] = Answer(why="no converged reference: " + why)
+            why = "single runs differ by " + percent(near) if hopeless else "it may be off by " + percent(bias)
+            self.answers[limit] = Answer(why="no converged reference: with %s %s" % (name_of(fine), why))
             if hopeless:
                 return
 
@@ -214,7 +212,7 @@ class Study:
             self.answers[limit] = Answer(setting, why="not confirmed")
             yield [(setting, seed) for seed in SEEDS]
             if at_most(self.errors(setting, SEEDS, limit), 2) <= limit:
-                yield [(of, seed) for of in (self.references[limit][0], setting) for seed in FRESH]
+                yield [(of, seed) for of in (self.references[limit], setting) for seed in FRESH]
                 errors = self.errors(setting, FRESH, limit)
                 if at_most(errors, SURE) <= limit:
                     known = Answer(setting, errors, "")  # within every wider limit, too
@@ -247,10 +245,9 @@ class Study:
         for limit in reversed(LIMITS):
             same.setdefault((self.answers[limit].setting, self.answers[limit].why), []).append(limit)
         for (setting, why), limits in same.items():
-            cells = [title, "%s %%" % ", ".join("%g" % (100 * limit) for limit in limits), why, "", "", ""]
+            cells = [title, "%s %%" % ", ".join("%g" % (100 * limit) for limit in limits), why, "", ""]
             if setting:
-                errors, (reference, bias) = self.answers[limits[0]].errors, self.references[limits[0]]
-                cells[2:] = [name_of(setting) + (" (%s)" % why if why else ""), "%.3g (%.3g to %.3g)" % self.costs(setting),
-                             "%s (at most %s)" % (percent(statistics.fmean(errors)), percent(at_most(errors, SURE))) if errors else "",
-                             "%s ± %s" % (name_of(reference), percent(bias))]
+                errors = self.answers[limits[0]].errors
+                cells[2:] = [name_of(setting) + (" (%s)" % why if why else ""), "%.3g" % self.cost(setting),
+                             "%s (%s)" % (percent(statistics.fmean(errors)), percent(at_most(errors, SURE))) if errors else ""]
             yield "| %s |" % " | ".join(cells)

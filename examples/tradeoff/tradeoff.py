@@ -29,7 +29,7 @@ SCENES = ("arm", "tower", "heap")
 GO_ON = 75
 CORES = len(os.sched_getaffinity(0))
 ORIGIN = ("cpu", "cores", "commit", "date")
-HEAD = "| scene | within | cheapest setting | ms of processor a simulated second | error | reference and its bias |"
+HEAD = "| scene | within | cheapest setting | ms | error (at most) |"
 
 
 def origin():
@@ -71,10 +71,6 @@ class Table:
                 writer.writeheader()
             writer.writerows(self.rows if new else self.rows[-1:])
 
-    def origins(self):
-        found = {tuple(row[name] for name in ORIGIN) for row in self.rows}
-        return "".join("%s, a run a core on %s cores, commit %s, %s\n" % one for one in sorted(found))
-
 
 def play(command, points, patience):
     """Yields each point with its row, in the order in which they end; as many run at a time as there are cores."""
@@ -96,7 +92,7 @@ def play(command, points, patience):
             values = re.findall(r"^(ms_per_s|undriven|outcome_\w+) (\S+)$", said, re.MULTILINE)
             if code == 2 or code == 0 and not values:
                 sys.exit("%s: %s" % (" ".join(child.args), complaint or "it wrote no row"))
-            row = dict(status="ok" if code == 0 else "exit code %d" % code, took_s=usage.ru_utime + usage.ru_stime)
+            row = dict(status="ok" if code == 0 else "exit code %d" % code, took_s=round(usage.ru_utime + usage.ru_stime, 4))
             yield setting, seed, dict(row, **{name: float(text) for name, text in values})
     finally:
         for child, *_ in children.values():
@@ -182,7 +178,7 @@ def main():
     signal.signal(signal.SIGALRM, signal.default_int_handler)
     for number in signal.SIGINT, signal.SIGTERM:
         signal.signal(number, stop)
-    code, lines = 0, [HEAD, "| --- | ---: | --- | ---: | ---: | ---: |"]
+    code, lines = 0, [HEAD, "| --- | ---: | --- | ---: | ---: |"]
     for at, (title, name, command) in enumerate(scenes):
         one, said = study.Study(), set()
         try:
@@ -200,11 +196,13 @@ def main():
         lines += one.lines(title)
         if one.front():
             draw(os.path.join(options.out, title.lower() + ".svg"), title, one)
-            print("\n| %s | ms | error |\n| --- | ---: | ---: |" % title)
+            finest = study.name_of(one.references[min(one.references)])
+            print("\n| %s, by %s | ms | error |\n| --- | ---: | ---: |" % (title, finest))
             for cost, off, setting in one.front():
                 print("| %s | %.3g | %s |" % (study.name_of(setting), cost, study.percent(off)))
             print()
-    answer = "\n".join(lines) + "\n\n" + table.origins()
+    machines = sorted({"%s, a run a core on %s cores" % (row["cpu"], row["cores"]) for row in table.rows})
+    answer = "\n".join([*lines, "", *machines]) + "\n"
     print(answer)
     if options.write:
         with open(options.write) as file:
