@@ -1,23 +1,21 @@
 """The study of one scene: which runs it wants, one batch after the other, and what it concludes from their rows."""
 
 import math
-import random
 import statistics
 from typing import NamedTuple
 
 LIMITS = (0.2, 0.05, 0.01)
-SEEDS = range(1, 7)            # of references; settings are chosen by the first three
-FRESH = (12, 24)               # so many seeds with which nobody was chosen confirm; or so many in all
-TRIES = 5                      # settings that fresh seeds may refuse, for each limit
-LEVEL = 1 - 0.05 / (TRIES * len(FRESH))  # who looks several times is misled more often: each look gets its part
-RESAMPLES = 4000
-MOST_BIAS = 0.25               # of a limit: by so much a reference may still change
-STEADY = 0.8                   # references whose runs come no nearer to each other than by this differ by chance
-LIKELY = 3                     # of a limit: whose first run is off by more gets no more seeds
-NOISE = 1.1                    # costs that differ by less are alike
-MARGIN = 1.5                   # by so much a cost may be less than expected
-AFFORDABLE = 5                 # dWorldStep is tried where it takes at most so often the time of 100 iterations
-BATCH = 24                     # settings that are tried at a time
+SEEDS = range(1, 7)         # of references; settings are chosen by the first three
+FRESH = range(1001, 1021)   # with which nobody was chosen, to confirm
+SURE = 3.5                  # standard errors above the mean, to confirm
+TRIES = 5                   # settings that fresh seeds may refuse, for each limit
+MOST_BIAS = 0.25            # of a limit: by so much a reference may still change
+STEADY = 0.8                # references whose runs come no nearer to each other than by this differ by chance
+LIKELY = 3                  # of a limit: whose first run is off by more gets no more seeds
+NOISE = 1.1                 # costs that differ by less are alike
+MARGIN = 1.5                # by so much a cost may be less than expected
+AFFORDABLE = 5              # dWorldStep is tried where it takes at most so often the time of 100 iterations
+BATCH = 24                  # settings that are tried at a time
 
 
 class Setting(NamedTuple):
@@ -37,30 +35,17 @@ STEPS = (0.04, 0.025, 0.02, 0.0125, 0.01, 0.00625, 0.005, 0.0025, 0.00125)  # al
 ITERATIONS = (5, 10, 20, 35, 50, 100)
 # A setting has one of these at most, so that each answer says what makes it.
 KNOBS = dict(contacts=(1, 2, 8), reducer=("deepest", "spread"), sleep=("on",), erp=(0.1, 0.4, 0.8), cfm=(1e-8, 1e-6, "step/mass"))
-# References, each of half the step of the one before.
+WORDS = dict(contacts="at most %s contacts", reducer="the %s contacts", sleep="sleeping %s", erp="ERP %s", cfm="CFM %s")
+# References, each of half the step of the one before; twice the iterations, as halved steps alone would not show that there
+# are too few.
 EXACT = [Setting(0.01 / 2 ** i, contacts=8, solver="step") for i in range(7)]
 ITERATED = [Setting(0.01 / 2 ** i, 100, 8) for i in range(5)]
-
-
-def twice(reference):
-    """With twice the iterations: halved steps alone would not show that there are too few."""
-    return reference._replace(iterations=2 * reference.iterations)
-
-
-REFERENCES = {*EXACT, *ITERATED, *map(twice, ITERATED)}  # whoever is one has no error, and is no answer
-
-def name_of(setting):
-    """In words; of what is as in the base only step and iterations."""
-    words = ["%g ms" % (1000 * setting.dt)]
-    words.append("dWorldStep" if setting.solver == "step" else "%g iterations" % setting.iterations)
-    known = dict(contacts="at most %s contacts", reducer="the %s contacts", erp="ERP %s", cfm="CFM %s", sleep="sleeping %s")
-    words += [form % (value if isinstance(value, str) else "%g" % value) for name, form in known.items()
-              for value in (getattr(setting, name),) if value != getattr(BASE, name)]
-    return ", ".join(words)
+TWICE = [reference._replace(iterations=200) for reference in ITERATED]
+REFERENCES = {*EXACT, *ITERATED, *TWICE}  # whoever is one has no error, and is no answer
 
 
 def knobs_of(setting):
-    return sum(getattr(setting, name) != getattr(BASE, name) for name in KNOBS)
+    return [name for name in KNOBS if getattr(setting, name) != getattr(BASE, name)]
 
 
 def plain(setting):
@@ -70,6 +55,14 @@ def plain(setting):
 def work_of(setting):
     """ERP and CFM change no work."""
     return setting._replace(erp=BASE.erp, cfm=BASE.cfm)
+
+
+def name_of(setting):
+    """In words; of what is as in the base only step and iterations."""
+    solver = "dWorldStep" if setting.solver == "step" else "%g iterations" % setting.iterations
+    values = [(name, getattr(setting, name)) for name in knobs_of(setting) if setting not in REFERENCES]
+    return ", ".join(["%g ms" % (1000 * setting.dt), solver] +
+                     [WORDS[name] % (value if isinstance(value, str) else "%g" % value) for name, value in values])
 
 
 def percent(share):
@@ -89,50 +82,23 @@ def error(row, reference):
     return max(map(abs, differences(row, reference).values()), default=0.0)
 
 
-class Interval(NamedTuple):
-    mean: float
-    low: float
-    high: float
-
-
-def interval(values, level=LEVEL):
-    """Of the mean of values from 0 to 1, by the bootstrap's t (Efron, Tibshirani: An Introduction to the Bootstrap, 12.5): it
-    holds for skewed values as often as it says."""
-    count, mean, spread = len(values), statistics.fmean(values), statistics.pstdev(values)
-    if spread == 0:
-        return Interval(mean, mean, mean)
-    chance, t = random.Random(count), []
-    for _ in range(RESAMPLES):
-        drawn = chance.choices(values, k=count)
-        middle = sum(drawn) / count
-        own = math.sqrt(sum((value - middle) ** 2 for value in drawn) / count)
-        # A resample without any spread says nothing of the error's size: off without bound, unless it is right.
-        t.append((middle - mean) / own if own > 0 else 0.0 if middle == mean else math.copysign(math.inf, middle - mean))
-    t.sort()
-    tail = int(RESAMPLES * (1 - level) / 2)
-    scale = math.sqrt(count / (count - 1))
-    # Failures among successes: few resamples lack either. To leave out what is beyond a limit, so many spreads are enough.
-    most = 5 / math.sqrt(count)
-    return Interval(mean, max(0.0, mean - min(t[-1 - tail], most) * scale * spread), min(1.0, mean - t[tail] * scale * spread))
-
-
-def fresh(count):
-    return range(1001, 1001 + count)
+def at_most(errors, sure):
+    return min(1.0, statistics.fmean(errors) + sure * statistics.stdev(errors) / math.sqrt(len(errors)))
 
 
 class Answer(NamedTuple):
     """The simplest of the cheapest settings within a limit, or None; `why` says what it lacks to be certain."""
-    setting: object
-    found: object
-    why: str
+    setting: object = None
+    errors: object = None
+    why: str = "not known yet"
 
 
 class Study:
     def __init__(self):
         self.rows = {}         # by setting and seed; who drives search() adds them
         self.spent = {}        # costs of the rows, by the work of their settings
-        self.answers = {}      # by limit
-        self.references = {}   # of the limits for which one has converged, and its bias
+        self.answers = dict.fromkeys(LIMITS, Answer())
+        self.references = {}   # of the limits for which one has converged
         self.exact = False     # dWorldStep is affordable
         self.patience = None   # processor seconds that the runs now wanted may take
 
@@ -144,15 +110,11 @@ class Study:
     # What follows from rows.
 
     def errors(self, setting, seeds, limit):
-        reference = self.references[limit][0]
-        return [error(self.rows[setting, seed], self.rows[reference, seed]) for seed in seeds]
+        return [error(self.rows[setting, seed], self.rows[self.references[limit], seed]) for seed in seeds]
 
     def costs(self, setting):
         """Processor milliseconds a simulated second: the median over all rows of the same work, and its quartiles."""
-        values = self.spent.get(work_of(setting), ())
-        if len(values) < 2:
-            return tuple(values) * 3 or (0.0,) * 3
-        low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
+        low, middle, high = statistics.quantiles(2 * self.spent.get(work_of(setting), [0.0]), n=4)
         return middle, low, high
 
     def cost(self, setting):
@@ -189,9 +151,8 @@ class Study:
         solvers = [dict(iterations=count) for count in ITERATIONS] + [dict(solver="step")] * self.exact
         parts = [BASE._replace(**part) for part in knobs + solvers]
         yield [(part, seed) for part in parts if work_of(part) == part for seed in SEEDS[:3]]
-        def expected(dt, solver, knob):
-            base = self.cost(BASE) or 1.0
-            return self.cost(BASE._replace(**solver)) * self.cost(BASE._replace(**knob)) / base * BASE.dt / dt
+        def expected(dt, *parts):
+            return math.prod(self.cost(BASE._replace(**part)) for part in parts) / (self.cost(BASE) or 1.0) * BASE.dt / dt
         settings = ((expected(dt, solver, knob), BASE._replace(dt=dt, **solver, **knob))
                     for dt in STEPS for solver in solvers for knob in [{}] + knobs)
         return sorted((pair for pair in settings if pair[1] not in REFERENCES), key=lambda pair: pair[0])
@@ -201,18 +162,16 @@ class Study:
         by chance."""
         references = EXACT if self.exact else ITERATED
         for coarse, middle, fine in zip(references, references[1:], references[2:]):
-            checks = [] if self.exact else [twice(fine)]
+            checks = [] if self.exact else [TWICE[ITERATED.index(fine)]]
             yield [(reference, seed) for reference in (coarse, middle, fine, *checks) for seed in SEEDS]
             (before, far), (now, near) = self.change(coarse, middle), self.change(middle, fine)
             bias = max([before / 2, now] + [self.change(fine, check)[0] for check in checks])
             if bias <= MOST_BIAS * limit and near <= limit:
-                self.references[limit] = fine, bias
+                self.references[limit] = fine
                 return
             hopeless = max(limit, STEADY * far) < near < 0.9
-            finest = name_of(fine._replace(contacts=BASE.contacts))
-            why = "single runs of %s and of twice the step differ by %s" if hopeless else "%s may be off by %s"
-            why %= finest, percent(near if hopeless else bias)
-            self.answers[limit] = Answer(None, None, "no converged reference: " + why)
+            why = "single runs differ by " + percent(near) if hopeless else "it may be off by " + percent(bias)
+            self.answers[limit] = Answer(why="no converged reference: with %s %s" % (name_of(fine), why))
             if hopeless:
                 return
 
@@ -229,7 +188,7 @@ class Study:
         """Of those whose costs are alike the cheapest's."""
         best, _, most = min(map(self.costs, settings))
         alike = [s for s in settings if self.cost(s) <= max(NOISE * best, most) or self.costs(s)[1] <= best]
-        return min(alike, key=lambda s: (knobs_of(s), self.cost(s)))
+        return min(alike, key=lambda s: (len(knobs_of(s)), self.cost(s)))
 
     def cheapest(self, settings, limit):
         """Every setting that could be cheaper than the best so far is tried; then the simplest of the best with fresh seeds."""
@@ -241,65 +200,54 @@ class Study:
                 del waiting[:BATCH]
                 continue
             if not within or refused == TRIES:
-                why = "none is within" if not refused else "fresh seeds refuse %d that seemed to be within" % refused
-                self.answers[limit] = Answer(None, None, why)
+                why = "fresh seeds refuse %d that seemed to be within" % refused if refused else "none is within"
+                self.answers[limit] = Answer(why=why)
                 return
             setting = self.simplest(within)
-            simpler = [s for s in within if knobs_of(s) < knobs_of(setting) and self.cost(s) <= MARGIN * self.cost(setting)]
+            simpler = [s for s in within if knobs_of(setting) and not knobs_of(s) and self.cost(s) <= MARGIN * self.cost(setting)]
             if simpler:  # costs of different times differ by what else the machine did: these are of one time
                 pair = setting, min(simpler, key=self.cost)
-                yield [(of, seed) for seed in fresh(FRESH[0]) for of in pair]
+                yield [(of, seed) for seed in FRESH for of in pair]
                 setting = self.simplest(pair)
-            self.answers[limit] = Answer(setting, None, "not confirmed")
+            self.answers[limit] = Answer(setting, why="not confirmed")
             yield [(setting, seed) for seed in SEEDS]
-            off = self.errors(setting, SEEDS, limit)
-            if statistics.fmean(off) + 2 * statistics.stdev(off) / math.sqrt(len(off)) <= limit:
-                found = yield from self.confirm(setting, limit)
-                if found.high <= limit:
-                    known = Answer(setting, found, "")  # within every wider limit, too
-                    self.answers.update({each: known for each in LIMITS if each >= limit and not self.answers[each].found})
+            if at_most(self.errors(setting, SEEDS, limit), 2) <= limit:
+                yield [(of, seed) for of in (self.references[limit], setting) for seed in FRESH]
+                errors = self.errors(setting, FRESH, limit)
+                if at_most(errors, SURE) <= limit:
+                    known = Answer(setting, errors, "")  # within every wider limit, too
+                    self.answers.update({each: known for each in LIMITS if each >= limit and not self.answers[each].errors})
                     return
                 refused += 1
             within.remove(setting)
-
-    def confirm(self, setting, limit):
-        for count in FRESH:
-            yield [(of, seed) for of in (self.references[limit][0], setting) for seed in fresh(count)]
-            found = interval(self.errors(setting, fresh(count), limit))
-            if not found.low <= limit < found.high:
-                break
-        return found
 
     # What is known, as rows of tables.
 
     def trade(self):
         """Cost, error and setting of all that were tried, by up to three seeds."""
         limit = min(self.references, default=None)
-        tried = {of for of, seed in self.rows if seed == 1} if limit else set()
-        def seeds(setting):
-            return [seed for seed in SEEDS[:3] if (setting, seed) in self.rows]
-        return sorted(((self.cost(s), statistics.fmean(self.errors(s, seeds(s), limit)), s) for s in tried - REFERENCES if self.cost(s) > 0), key=lambda row: row[:2])
+        tried = {of for of, seed in self.rows if seed == 1} - REFERENCES if limit else ()
+        def off(setting):
+            return statistics.fmean(self.errors(setting, [seed for seed in SEEDS[:3] if (setting, seed) in self.rows], limit))
+        return sorted(((self.cost(s), off(s), s) for s in tried if self.cost(s) > 0), key=lambda row: row[:2])
 
     def front(self):
         """Of these, the ones that are more exact than all that are cheaper."""
-        best, rows = math.inf, []
-        for cost, off, setting in self.trade():
-            if off < best:
-                rows.append((cost, off, setting))
-                best = off
+        rows = []
+        for row in self.trade():
+            if not rows or row[1] < rows[-1][1]:
+                rows.append(row)
         return rows
 
     def lines(self, title):
         """The answers; limits with the same share a row."""
         same = {}
         for limit in reversed(LIMITS):
-            setting, _, why = self.answers.get(limit, Answer(None, None, "not known yet"))
-            same.setdefault((setting, why), []).append(limit)
+            same.setdefault((self.answers[limit].setting, self.answers[limit].why), []).append(limit)
         for (setting, why), limits in same.items():
-            cells = [title, "%s %%" % ", ".join("%g" % (100 * limit) for limit in limits), why, "", "", ""]
+            cells = [title, "%s %%" % ", ".join("%g" % (100 * limit) for limit in limits), why, "", ""]
             if setting:
-                found, (reference, bias) = self.answers[limits[0]].found, self.references[limits[0]]
-                cells[2:] = [name_of(setting) + (" (%s)" % why if why else ""), "%.3g (%.3g to %.3g)" % self.costs(setting),
-                             "%.2g (%.2g to %.2g)" % tuple(100 * value for value in found) if found else "",
-                             "%s ± %s" % (name_of(reference._replace(contacts=4)), percent(bias))]
+                errors = self.answers[limits[0]].errors
+                cells[2:] = [name_of(setting) + (" (%s)" % why if why else ""), "%.3g" % self.cost(setting),
+                             "%s (%s)" % (percent(statistics.fmean(errors)), percent(at_most(errors, SURE))) if errors else ""]
             yield "| %s |" % " | ".join(cells)

@@ -1,6 +1,7 @@
 """Tests what the study concludes, from made-up rows and with its programs: study_test.py <tradeoff-point> <harness-test>."""
 
 import csv
+import math
 import os
 import random
 import signal
@@ -13,7 +14,7 @@ import unittest
 sys.dont_write_bytecode = True  # nothing is left beside the sources
 
 import study
-from study import BASE, ITERATED, LIMITS, REFERENCES, Setting, twice
+from study import BASE, ITERATED, LIMITS, REFERENCES, Setting
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 DEAR = dict(status="exit code -24", took_s=9.0)  # dWorldStep takes too long
@@ -50,24 +51,17 @@ def studied(model, most=10 ** 6, exact=False):
     return one, asked
 
 
-class Intervals(unittest.TestCase):
-    def test_hold_the_mean_as_often_as_they_say(self):
-        draw = random.Random(7)
-        for name, one in dict(exponential=lambda: 0.05 * draw.expovariate(1), uniform=lambda: draw.uniform(0, 0.1)).items():
-            found = [study.interval([one() for _ in range(study.FRESH[0])]) for _ in range(150)]
-            self.assertGreater(sum(i.low <= 0.05 <= i.high for i in found) / 150, 0.95, name)
-            self.assertLess(sum(i.high < 0.05 for i in found) / 150, 0.04, name)  # would name a false winner
-
-    def test_one_failure_in_a_dozen_is_not_averaged_away(self):
-        self.assertGreater(study.interval([0.0] * 11 + [1.0]).high, 0.4)
-
-
 class Errors(unittest.TestCase):
-    def test_are_the_largest_difference(self):
+    def test_are_rarely_above_what_is_said_at_most(self):
+        draw = random.Random(7)
+        for name, one in dict(exponential=lambda: draw.expovariate(20), uniform=lambda: draw.uniform(0, 0.1)).items():
+            found = [study.at_most([one() for _ in study.FRESH], study.SURE) for _ in range(3000)]
+            self.assertLess(sum(most < 0.05 for most in found) / 3000, 0.03, name)  # would name a false winner
+        self.assertGreater(study.at_most([0.0] * 19 + [1.0], study.SURE), 0.2)  # a failure is not averaged away
+
+    def test_are_the_largest_difference_and_all_where_a_run_fails(self):
         self.assertAlmostEqual(study.error(row_of(0.1, outcome_sag=0.4), row_of(0.2, outcome_sag=0.1)), 0.3)
         self.assertEqual(study.error(row_of(0.1), row_of(0.2, outcome_sag="")), 0.1)  # another scene's column
-
-    def test_are_all_where_a_run_fails(self):
         for row in dict(status="exit code 1"), row_of(9.0), row_of(float("nan")):
             self.assertEqual(study.error(row, row_of()), 1)
 
@@ -80,9 +74,9 @@ class Answers(unittest.TestCase):
         one, asked = studied(by_step(1.0))  # 6.25 ms are off by 0.7 %
         self.assertEqual([answer.why for answer in one.answers.values()], ["", "", ""])
         self.assertEqual([s.dt for s in self.named(one)], [0.04, 0.04, 0.00625])
-        self.assertEqual({study.knobs_of(s) for s in self.named(one)}, {0})
+        self.assertEqual({s for s in self.named(one) if study.knobs_of(s)}, set())
         for setting in self.named(one):
-            self.assertTrue(all((setting, seed) in asked for seed in study.fresh(12)))
+            self.assertTrue(all((setting, seed) in asked for seed in study.FRESH))
 
     def test_are_those_of_a_search_of_all(self):
         """Errors by any part of a setting, in no order: nothing that is cheaper and within a limit is passed over."""
@@ -100,16 +94,18 @@ class Answers(unittest.TestCase):
                 self.assertIn(setting, within)
                 least = min(map(cost, within))
                 self.assertLessEqual(cost(setting), study.NOISE * least)
-                self.assertEqual(study.knobs_of(setting), min(study.knobs_of(s) for s in within if cost(s) <= study.NOISE * least))
+                fewest = min(len(study.knobs_of(s)) for s in within if cost(s) <= study.NOISE * least)
+                self.assertEqual(len(study.knobs_of(setting)), fewest)
 
     def test_are_the_simplest_of_those_that_cost_as_much(self):
-        def model(setting, seed):  # contacts and sleep save a little time, which is noise
+        def model(setting, seed):  # contacts and sleep save a little time, which is noise; more while the machine had less to do
             off = 0 if setting in REFERENCES else setting.dt * (1.01 if study.knobs_of(setting) else 1)
-            return row_of(off, cost_of(setting) * (1 - 0.05 * study.knobs_of(study.work_of(setting))))
+            saves = (0.3 if seed < 1000 else 0.05) * len(study.knobs_of(study.work_of(setting)))
+            return row_of(off, cost_of(setting) * (1 - saves))
         one, asked = studied(model)
-        self.assertEqual({study.knobs_of(s) for s in self.named(one)}, {0})
+        self.assertEqual({s for s in self.named(one) if study.knobs_of(s)}, set())
         self.assertEqual({s.sleep for s, _ in asked}, {"off", "on"})
-        self.assertEqual({study.knobs_of(s) for s, _ in asked if s not in REFERENCES}, {0, 1})
+        self.assertEqual({len(study.knobs_of(s)) for s, _ in asked if s not in REFERENCES}, {0, 1})
 
     def test_are_no_knobs_that_change_nothing(self):
         def model(setting, seed):  # no contacts: their number is noise in the costs
@@ -132,11 +128,11 @@ class Answers(unittest.TestCase):
             self.assertIn("fresh seeds refuse 5", one.answers[0.05].why + "fresh seeds refuse 5" * named)
         self.assertLessEqual(named, 1)
 
-    def test_cost_as_much_as_they_are_exact(self):
-        for slope in 0.5, 2.0, 8.0:
-            one, _ = studied(by_step(slope, noise=1.0))
-            costs = [one.cost(s) for s in self.named(one) if s]
-            self.assertEqual(costs, sorted(costs))
+    def test_of_a_limit_are_some_of_every_wider_one(self):
+        def model(setting, seed):  # long steps seem to be within the wide limit, until fresh seeds come
+            return row_of(0 if setting in REFERENCES else 0.002 if setting.dt < 0.02 else 0.1 if seed < 1000 else 0.3, cost_of(setting))
+        one, _ = studied(model)
+        self.assertEqual(self.named(one), [BASE._replace(dt=0.0125, iterations=5)] * 3)
 
     def test_are_there_after_any_number_of_runs(self):
         for most in (0, 1, 3, 5, 9, 20):
@@ -150,34 +146,36 @@ class Answers(unittest.TestCase):
 class References(unittest.TestCase):
     def test_that_have_not_converged_answer_nothing(self):
         one, _ = studied(by_step(10.0, noise=0.0, converged=False))  # the finest halving still changes 0.62 %
-        self.assertIn("no converged reference: 0.625 ms, 100 iterations may be off by 0.6", one.answers[0.01].why)
+        self.assertIn("no converged reference: with 0.625 ms, 100 iterations it may be off by 0.6", one.answers[0.01].why)
         self.assertEqual([one.answers[limit].why for limit in (0.2, 0.05)], ["", ""])
-        steps = [one.references[limit][0].dt for limit in (0.2, 0.05)]
+        steps = [one.references[limit].dt for limit in (0.2, 0.05)]
         self.assertEqual(steps, sorted(steps, reverse=True))  # wide limits need no fine one
 
     def test_of_which_two_agree_by_chance_do_not_count(self):
-        off = dict(zip(ITERATED, (0.3, 0.07, 0.07, 0.0, 0.0)))  # a robot whose 5 and 2.5 ms fall the same way
-        one, _ = studied(lambda setting, seed: row_of(off.get(setting, 0.0)))
-        self.assertEqual(one.references.get(0.05, (ITERATED[4],))[0], ITERATED[4])
+        off = dict(zip([reference.dt for reference in ITERATED], (0.3, 0.07, 0.07, 0.0, 0.0)))  # 5 and 2.5 ms fall the same way
+        one, _ = studied(lambda setting, seed: row_of(off.get(setting.dt, 0.0)))
+        self.assertNotIn(0.05, one.references)
+        self.assertIn("no converged reference: with 1.25 ms, 100 iterations single runs ", one.answers[0.05].why)
 
     def test_with_too_few_iterations_for_any_step_do_not_count(self):
         # A chain that sinks less with more iterations, and as much with all steps.
         one, _ = studied(lambda setting, seed: row_of(30.0 / setting.iterations, cost_of(setting)))
-        self.assertIn("no converged reference: 0.625 ms, 100 iterations may be off by 15 %", one.answers[0.05].why)
+        self.assertIn("no converged reference: with 0.625 ms, 100 iterations it may be off by 15 %", one.answers[0.05].why)
 
     def test_use_dWorldStep_where_it_is_affordable(self):
         def model(setting, seed):  # an arm that all iterations let drop, however small the step
             off = 0.2 * setting.dt if setting.solver == "step" else 0.6 + 10 / setting.iterations
             return row_of(off, cost_of(setting))
         one, asked = studied(model, exact=True)
-        self.assertFalse({s for s, _ in asked} & {*ITERATED[1:], *map(twice, ITERATED)})
+        self.assertFalse({s for s, _ in asked} & {*ITERATED[1:], *study.TWICE})
         self.assertEqual(list(one.answers.values())[1:], [one.answers[0.2]] * 2)
         self.assertEqual(one.answers[0.01][::2], (BASE._replace(dt=0.04, solver="step"), ""))
 
     def test_that_differ_by_chance_are_no_measure(self):
-        one, asked = studied(lambda setting, seed: row_of(0.3 * chance(setting, seed) * (-1) ** seed))
-        self.assertIn("no converged reference: single runs of 1.25 ms, 100 iterations and of twice the step differ by ", one.answers[0.05].why)
-        self.assertNotIn(ITERATED[4], {setting for setting, _ in asked})
+        one, asked = studied(lambda setting, seed: row_of(0.1 * (-1) ** (seed + round(math.log2(0.01 / setting.dt)))))
+        why = "no converged reference: with 2.5 ms, 100 iterations single runs differ by 20 %"
+        self.assertEqual([one.answers[limit].why for limit in (0.05, 0.01)], [why] * 2)
+        self.assertNotIn(ITERATED[3], {setting for setting, _ in asked})
 
 
 class Programs(unittest.TestCase):
@@ -186,13 +184,17 @@ class Programs(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 
-    def start(self, *words):
-        return subprocess.Popen([sys.executable, os.path.join(HERE, "tradeoff.py"), "--out", self.folder, *words],
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-
-    def call(self, *words):
-        child = self.start(*words)
-        return child.communicate()[0], child.returncode
+    def ends(self, code, *words, interrupt=False):
+        """What the study says, once it ends with this code."""
+        child = subprocess.Popen([sys.executable, os.path.join(HERE, "tradeoff.py"), "--out", self.folder, *words],
+                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        while interrupt and not os.path.exists(os.path.join(self.folder, "scenes.csv")):
+            time.sleep(0.1)
+        if interrupt:
+            child.send_signal(signal.SIGINT)
+        said = child.communicate()[0]
+        self.assertEqual(child.returncode, code, said)
+        return said
 
     def rows(self):
         with open(os.path.join(self.folder, "scenes.csv"), newline="") as file:
@@ -200,30 +202,21 @@ class Programs(unittest.TestCase):
 
     def test_have_an_answer_when_the_budget_is_spent_and_go_on_from_there(self):
         words = ("--program", point, "--scene", "tower", "--budget", "8")
-        began = time.monotonic()
-        said, code = self.call(*words)
-        self.assertLess(time.monotonic() - began, 30)
-        self.assertEqual(code, 75, said)
+        said = self.ends(75, *words)
         self.assertIn("| tower |", said[said.rindex("| scene |"):])
         first = self.rows()
-        self.call(*words)
+        self.ends(75, *words)
         keys = [tuple(row[name] for name in ("scene", "seed", *Setting._fields)) for row in self.rows()]
         self.assertEqual(self.rows()[:len(first)], first)
         self.assertEqual(len(set(keys)), len(keys))
         self.assertGreater(len(keys), len(first))
 
     def test_answer_when_they_are_interrupted(self):
-        child = self.start("--program", point, "--scene", "heap")
-        while not os.path.exists(os.path.join(self.folder, "scenes.csv")):
-            time.sleep(0.1)
-        child.send_signal(signal.SIGINT)
-        said = child.communicate(timeout=30)[0]
-        self.assertEqual(child.returncode, 75, said)
+        said = self.ends(75, "--program", point, "--scene", "heap", interrupt=True)
         self.assertIn("| heap | 1, 5, 20 % | not known yet |", said)
 
     def test_are_studied_to_the_end(self):
-        said, code = self.call("--program", own_program, "--budget", "200")
-        self.assertEqual(code, 0, said)
+        said = self.ends(0, "--program", own_program, "--budget", "200")
         self.assertRegex(said, r"\| harness-test \| [0-9, ]*20 % \| (40|25) ms, [^|()]*\|")
         self.assertTrue(all(row["scene"].startswith("harness-test-") for row in self.rows()))
         self.assertIn("outcome_time", self.rows()[0])
@@ -235,14 +228,12 @@ class Programs(unittest.TestCase):
         with open(wrong, "w") as file:
             file.write("#!/bin/sh\necho 'no such setting' >&2\nexit 2\n")
         os.chmod(wrong, 0o755)
-        said, code = self.call("--program", wrong)
-        self.assertEqual(code, 1)
-        self.assertIn("no such setting", said)
+        self.assertIn("no such setting", self.ends(1, "--program", wrong))
 
     def test_are_repeatable(self):
         words = [point, "heap", "--seed", "3", "--dt", "0.02"]
         one, other = (subprocess.run(words, stdout=subprocess.PIPE, text=True).stdout.splitlines() for _ in range(2))
-        self.assertEqual(one[1].split(",")[1:], other[1].split(",")[1:])  # but for the time
+        self.assertEqual(one[1:], other[1:])  # but for the time
 
 
 if __name__ == "__main__":

@@ -29,18 +29,16 @@ SCENES = ("arm", "tower", "heap")
 GO_ON = 75
 CORES = len(os.sched_getaffinity(0))
 ORIGIN = ("cpu", "cores", "commit", "date")
+HEAD = "| scene | within | cheapest setting | ms | error (at most) |"
 
 
 def origin():
     """Where rows are from."""
-    with open("/proc/cpuinfo") as lines:
-        cpu = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown CPU")
-    try:
-        words = ["git", "-C", TOP, "describe", "--always", "--exclude=*", "--abbrev=10", "--dirty=-changed"]
-        commit = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.strip()
-    except FileNotFoundError:
-        commit = ""
-    return dict(zip(ORIGIN, (cpu, str(CORES), commit or "unknown", datetime.date.today().isoformat())))
+    with open("/proc/cpuinfo") as file:
+        cpu = re.findall(r"model name\s*: (.*)", file.read()) or ["unknown CPU"]
+    describe = "git -C '%s' describe --always --exclude='*' --abbrev=10 --dirty=-changed 2>/dev/null || echo unknown" % TOP
+    commit = subprocess.run(describe, shell=True, stdout=subprocess.PIPE, text=True).stdout.strip()
+    return dict(zip(ORIGIN, (cpu[0], str(CORES), commit, datetime.date.today().isoformat())))
 
 
 def parsed(name, text):
@@ -73,86 +71,75 @@ class Table:
                 writer.writeheader()
             writer.writerows(self.rows if new else self.rows[-1:])
 
-    def origins(self):
-        found = {tuple(row[name] for name in ORIGIN) for row in self.rows}
-        return "".join("%s, a run a core on %s cores, commit %s, %s\n" % one for one in sorted(found))
-
 
 def play(command, points, patience):
     """Yields each point with its row, in the order in which they end; as many run at a time as there are cores."""
     waiting, children = list(points), {}
+    limit = patience and (lambda: resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(patience),) * 2))
     try:
         while waiting or children:
             while waiting and len(children) < CORES:
                 setting, seed = waiting.pop(0)
                 words = [word for name, value in dict(setting._asdict(), seed=seed).items()
                          for word in ("--" + name, value if isinstance(value, str) else "%.12g" % value)]
-                limit = patience and (lambda: resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(patience),) * 2))
-                said, complaint = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")
-                child = subprocess.Popen(command + words, stdout=said, stderr=complaint, start_new_session=True, preexec_fn=limit)
-                children[child.pid] = child, setting, seed, said, complaint
+                files = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")
+                child = subprocess.Popen(command + words, stdout=files[0], stderr=files[1], start_new_session=True, preexec_fn=limit)
+                children[child.pid] = child, setting, seed, files
             pid, status, usage = os.wait4(-1, 0)
-            child, setting, seed, said, complaint = children.pop(pid)
+            child, setting, seed, files = children.pop(pid)
             code = child.returncode = os.waitstatus_to_exitcode(status)
-            for file in said, complaint:
-                file.seek(0)
-            lines = said.read().strip().splitlines()
-            if code == 2 or code == 0 and len(lines) < 2:
-                sys.exit("%s: %s" % (" ".join(child.args), complaint.read().strip() or "it wrote no row"))
-            row = dict(status="ok" if code == 0 else "exit code %d" % code, took_s=usage.ru_utime + usage.ru_stime)
-            if code == 0:
-                row.update((name, parsed(name, text)) for name, text in zip(lines[-2].split(","), lines[-1].split(",")))
-            yield setting, seed, row
+            said, complaint = (file.seek(0) or file.read().strip() for file in files)
+            values = re.findall(r"^(ms_per_s|undriven|outcome_\w+) (\S+)$", said, re.MULTILINE)
+            if code == 2 or code == 0 and not values:
+                sys.exit("%s: %s" % (" ".join(child.args), complaint or "it wrote no row"))
+            row = dict(status="ok" if code == 0 else "exit code %d" % code, took_s=round(usage.ru_utime + usage.ru_stime, 4))
+            yield setting, seed, dict(row, **{name: float(text) for name, text in values})
     finally:
         for child, *_ in children.values():
             child.kill()
             child.wait()
 
 
-def conduct(name, command, table):
-    """Yields the study of a scene whenever there may be something new to say."""
-    one = study.Study()
+def conduct(one, name, command, table):
+    """Does what the study of a scene wants; yields where there may be something new to say."""
     for row in table.rows:
         if row["scene"] == name:
             one.add(study.Setting(*(row[field] for field in study.Setting._fields)), int(row["seed"]), row)
-    yield one
     for points in one.search():
         missing = [point for point in dict.fromkeys(points) if point not in one.rows]
         for setting, seed, row in play(command, missing, one.patience):
             table.add(dict(setting._asdict(), scene=name, seed=seed, **row))
             one.add(setting, seed, row)
-        yield one
+        yield
 
 
 def draw(path, title, one):
     """Cost and error of all settings that were tried, as an SVG; those that are named have their names."""
     wide, high, left, low = 720, 400, 60, 1e-4
-    costs = [math.log10(cost) for cost, _, _ in one.trade()]
-    first, last = math.floor(min(costs)), math.ceil(max(costs)) + 0.3
+    trade, named = one.trade(), {answer.setting for answer in one.answers.values()}
+    first, last = math.floor(math.log10(trade[0][0])), math.ceil(math.log10(trade[-1][0])) + 0.3
     def x(cost):
         return left + (math.log10(cost) - first) / (last - first) * (wide - left)
     def y(off):
-        return 20 + (math.log10(max(off, low)) / math.log10(low)) * (high - 60)
-    def text(across, down, words, anchor="start"):
-        return '<text x="%.0f" y="%.0f" text-anchor="%s">%s</text>' % (across, down, anchor, words)
-    lines = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 %d %d" font-family="sans-serif" font-size="12">' % (wide, high),
-             '<rect width="%d" height="%d" fill="white"/>' % (wide, high),
-             text(left, 14, "%s: error of a run, and milliseconds of processor for a simulated second" % title)]
-    for share in (1, 0.2, 0.05, 0.01, 0.001, low):
-        lines.append('<path d="M%d %.0fH%d" stroke="%s"/>' % (left, y(share), wide, "#888" if share in study.LIMITS else "#ddd"))
-        lines.append(text(left - 6, y(share) + 4, "%g %%" % (100 * share), "end"))
-    lines += [text(x(10 ** power), high - 22, "%g ms" % 10 ** power, "middle") for power in range(first, math.floor(last) + 1)]
-    for kind, colour, label in (("quick", "#c60", "dWorldQuickStep"), ("step", "#06c", "dWorldStep")):
-        dots = "".join("M%.1f %.1fh0" % (x(cost), y(off)) for cost, off, setting in one.trade() if setting.solver == kind)
-        lines.append('<path d="%s" stroke="%s" stroke-width="5" stroke-linecap="round" opacity="0.5"/>' % (dots, colour))
-        lines.append('<text x="%d" y="%d" fill="%s">%s</text>' % (left + 140 * (kind == "step"), high - 5, colour, label))
-    named = {answer.setting for answer in one.answers.values()}
-    for cost, off, setting in one.trade():
+        return 20 + math.log10(max(off, low)) / math.log10(low) * (high - 60)
+    def text(across, down, words, anchor="start", colour="black"):
+        return '<text x="%.0f" y="%.0f" text-anchor="%s" fill="%s">%s</text>' % (across, down, anchor, colour, words)
+    parts = [text(left, 14, "%s: error of a run, and milliseconds of processor for a simulated second" % title)]
+    for share in (1, *study.LIMITS, 0.001, low):
+        parts.append('<path d="M%d %.0fH%d" stroke="%s"/>' % (left, y(share), wide, "#888" if share in study.LIMITS else "#ddd"))
+        parts.append(text(left - 6, y(share) + 4, "%g %%" % (100 * share), "end"))
+    parts += [text(x(10 ** power), high - 22, "%g ms" % 10 ** power, "middle") for power in range(first, math.floor(last) + 1)]
+    for solver, colour, across in (("quick", "#c60", left), ("step", "#06c", left + 140)):
+        dots = "".join("M%.1f %.1fh0" % (x(cost), y(off)) for cost, off, setting in trade if setting.solver == solver)
+        parts.append('<path d="%s" stroke="%s" stroke-width="5" stroke-linecap="round" opacity="0.5"/>' % (dots, colour))
+        parts.append(text(across, high - 5, dict(quick="dWorldQuickStep", step="dWorldStep")[solver], colour=colour))
+    for cost, off, setting in trade:
         if setting in named:
-            lines.append('<circle cx="%.1f" cy="%.1f" r="5" fill="none" stroke="black"/>' % (x(cost), y(off)))
-            lines.append(text(x(cost) + 8, y(off) + 4, study.name_of(setting)))
+            parts.append('<circle cx="%.1f" cy="%.1f" r="5" fill="none" stroke="black"/>' % (x(cost), y(off)))
+            parts.append(text(x(cost) + 8, y(off) + 4, study.name_of(setting)))
     with open(path, "w") as file:
-        file.write("\n".join(lines) + "\n</svg>\n")
+        file.write('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 %d %d" font-family="sans-serif" font-size="12">'
+                   '<rect width="%d" height="%d" fill="white"/>%s</svg>\n' % (wide, high, wide, high, "".join(parts)))
 
 
 def parse():
@@ -184,41 +171,45 @@ def scenes_of(options):
 
 def main():
     options = parse()
-    for number in signal.SIGTERM, signal.SIGALRM:
-        signal.signal(number, signal.default_int_handler)
     began, table, scenes = time.monotonic(), Table(options.out), scenes_of(options)
-    text = ["| scene | within | cheapest setting | ms of processor a simulated second | error, % | reference and its bias |",
-            "| --- | ---: | --- | ---: | ---: | ---: |"]
-    complete = True
+    def stop(*_):
+        options.budget = 0  # for the other scenes, too
+        raise KeyboardInterrupt
+    signal.signal(signal.SIGALRM, signal.default_int_handler)
+    for number in signal.SIGINT, signal.SIGTERM:
+        signal.signal(number, stop)
+    code, lines = 0, [HEAD, "| --- | ---: | --- | ---: | ---: |"]
     for at, (title, name, command) in enumerate(scenes):
-        said = set()
+        one, said = study.Study(), set()
         try:
             if options.budget is not None:  # what is left of it, divided by the scenes that are left
                 left = (options.budget + began - time.monotonic()) / (len(scenes) - at)
                 signal.setitimer(signal.ITIMER_REAL, max(left, 1e-3))
-            for one in conduct(name, command, table):
+            for _ in conduct(one, name, command, table):
                 new = [line for line in one.lines(title) if line not in said]
                 print("".join("%4.0f s %s\n" % (time.monotonic() - began, line) for line in new), end="", flush=True)
                 said.update(new)
         except KeyboardInterrupt:
-            complete = False
+            code = GO_ON
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
-        text += one.lines(title)
-        if one.references:
+        lines += one.lines(title)
+        if one.front():
             draw(os.path.join(options.out, title.lower() + ".svg"), title, one)
-            print("\n| %s | ms | error |\n| --- | ---: | ---: |" % title)
+            finest = study.name_of(one.references[min(one.references)])
+            print("\n| %s, by %s | ms | error |\n| --- | ---: | ---: |" % (title, finest))
             for cost, off, setting in one.front():
                 print("| %s | %.3g | %s |" % (study.name_of(setting), cost, study.percent(off)))
             print()
-    answer = "\n".join(text) + "\n\n" + table.origins()
+    machines = sorted({"%s, a run a core on %s cores" % (row["cpu"], row["cores"]) for row in table.rows})
+    answer = "\n".join([*lines, "", *machines]) + "\n"
     print(answer)
     if options.write:
         with open(options.write) as file:
             before, rest = file.read().split("<!-- tradeoff -->\n")
         with open(options.write, "w") as file:
             file.write(before + "<!-- tradeoff -->\n\n" + answer + "\n<!-- end -->" + rest.split("<!-- end -->", 1)[1])
-    sys.exit(0 if complete else GO_ON)
+    sys.exit(code)
 
 
 if __name__ == "__main__":
