@@ -321,9 +321,10 @@ const std::vector<Around> kStock = {
 struct Nest {
   Nest(dSpaceID parent, const Around& around, dWorldID world, std::size_t number) {
     for (const auto create : around.create) add(create(parent), parent);
-    add(dParallelSAPSpaceCreate(parent), parent);
-    swept = parent;
+    swept = dParallelSAPSpaceCreate(nullptr);
     dParallelSAPSpaceSetSweptBounds(swept, kStep);
+    dSpaceAdd(parent, asGeom(swept));  // it comes with what it has
+    if (!outermost) outermost = asGeom(swept);
     setNumber(outermost, number);
     for (std::size_t i = 0; i < 2; ++i) balls.emplace_back(swept, world, 10 * number + i);
   }
@@ -369,13 +370,6 @@ void disturb(const Nest& nest, dSpaceID other, double side, Random& random) {
       [&] { collide2(other, ball.geom); },
       [&] { collide2(other, asGeom(nest.swept)); },
       [&] { collide(nest.swept); },
-      [&] {  // it comes into the space around it, with what it has
-        const dGeomID geom = asGeom(nest.swept);
-        if (geom == nest.outermost) return;
-        const dSpaceID around = dGeomGetSpace(geom);
-        dSpaceRemove(around, geom);
-        dSpaceAdd(around, geom);
-      },
       [&] { dSpaceClean(nest.swept); },
       [&] { dSpaceClean(reinterpret_cast<dSpaceID>(nest.outermost)); }};
   if (random.chance(0.5)) ways[random.below(std::size(ways))]();
