@@ -1,6 +1,8 @@
-// Scenes at an extreme of physics, and what becomes of each.
+// Scenes at an extreme of physics, and what becomes of each; and scenes of which the answer is
+// known.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -63,7 +65,6 @@ struct Result {
   Measures measures;
   std::uint64_t digest = 0;  // of every bit of every state of every body
   int steps = 0;             // that were made
-  double microseconds = 0;   // of the processor, a step
 };
 
 // The part of its steps that is made is `length`.
@@ -77,5 +78,38 @@ bool isWhatItOwes(const std::string& outcome);
 // One start may be luck. In how many of so many starts the scene does what it owes.
 constexpr int kStarts = 10;
 int startsHeld(const Extreme& extreme, const Setting& setting);
+
+// What is measured at the end of a run. The error is the difference in parts of `scale`. Without a
+// scale the value says whether something happened that must not, 0 or 1.
+struct Quantity {
+  const char* name;
+  double value, exact, scale;
+};
+using Quantities = std::vector<Quantity>;
+
+// What an error must be, its mean and the worst: with settings that are checked.
+struct Bound {
+  const char* quantity;
+  double least, mean, most = 1e300;
+  bool directed = false;
+};
+
+struct Scene {
+  std::string name;
+  const char* of;  // what it is measured in
+  std::function<Quantities(const Setting&, int run)> play;
+  enum Kind { contact, friction, free, slow, swept } kind;
+  int runs;
+  std::vector<Bound> bounds;
+};
+
+std::vector<Scene> truthScenes();
+std::vector<Scene> sweptScenes();
+
+// In each run another part of one: no step divides these.
+inline double phaseOf(int run) {
+  const double golden = 0.618033988749895 * run;
+  return golden - std::floor(golden);
+}
 
 }  // namespace sap_test::physics

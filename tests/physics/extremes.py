@@ -1,11 +1,9 @@
 #!/usr/bin/env python3
 """What ODE does to physics, by the rows of results/ that physics-rows makes:
 
-    extremes.py measure PROGRAM PRECISION   plays extremes that have no row yet, and drops rows of extremes that are gone
-    extremes.py check [PROGRAM]             whether README.md has the tables of the rows, and each extreme of the program a row
-    extremes.py draw                        README.md's tables
+    extremes.py check [PROGRAM]   whether README.md has the tables of the rows, and each extreme of the program a row
+    extremes.py draw              README.md's tables
 """
-import concurrent.futures
 import csv
 import os
 import re
@@ -19,23 +17,9 @@ SERIES = (("mass that a box bears, in its own", r"a box on one as large, 1:(\S+)
           ("step of a stack of 5, s", r"a stack of 5, steps of (\S+) s"),
           ("speed of 0.2 m at a plate of 0.1 m, m/s", r"boxes of 0.2 m at a plate.* (\d+) m/s"))
 
-def said(*words):
-    return subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
-
-
 def recorded(name):
     with open(os.path.join(RESULTS, name + ".csv"), newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
-
-
-def measure(program, precision):
-    known = {row["extreme"]: row for row in recorded(precision)}
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        rows = list(pool.map(lambda name: known.get(name) or next(csv.DictReader(said(program, "row", name))), said(program, "list")))
-    with open(os.path.join(RESULTS, precision + ".csv"), "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def thresholds():
@@ -136,7 +120,7 @@ def check(program=None):
     if old != new:
         sys.exit("README.md has other tables than the rows: call extremes.py draw")
     if program:  # of either precision
-        names = set(said(program, "list"))
+        names = set(subprocess.run([program, "list"], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines())
         lacking = min((names.symmetric_difference(row["extreme"] for row in recorded(precision)) for precision in PRECISIONS), key=len)
         if lacking:
             sys.exit("rows and extremes differ: %s" % ", ".join(lacking))
@@ -149,8 +133,8 @@ def draw():
 
 
 def main():
-    what = dict(measure=measure, check=check, draw=draw).get(sys.argv[1] if len(sys.argv) > 1 else "")
-    if not what or len(sys.argv) not in {measure: (4,), check: (2, 3), draw: (2,)}[what]:
+    what = dict(check=check, draw=draw).get(sys.argv[1] if len(sys.argv) > 1 else "")
+    if not what or len(sys.argv) not in {check: (2, 3), draw: (2,)}[what]:
         sys.exit(__doc__)
     what(*sys.argv[2:])
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstring>
-#include <ctime>
 #include <stdexcept>
 
 #include "extreme.h"
@@ -142,9 +141,7 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   Observer observer(extreme, stage);
   for (int step = 0; step < extreme.steps; ++step) {
     if (extreme.drive) extreme.drive(stage, step);
-    const std::clock_t before = std::clock();
     stage.step();
-    report->microseconds += 1e6 * double(std::clock() - before) / CLOCKS_PER_SEC / extreme.steps;
     report->digest = tradeoff::digestOf(stage.bodies(), report->digest);
     report->steps = step + 1;
     if (!stage.isFinite()) return "not finite";
@@ -176,7 +173,7 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, dou
   waitpid(child, nullptr, 0);
   const Result said = *static_cast<Result*>(shared);
   munmap(shared, sizeof(Result));
-  return said.outcome[0] ? said : Result{"crashes", {}, 0, 0, 0};
+  return said.outcome[0] ? said : Result{"crashes", {}, 0, 0};
 }
 
 bool same(const Result& a, const Result& b) {

@@ -158,11 +158,6 @@ void overlapsAndShapes() {
   add("shapes", "a ball of 0.1 m that falls for 50 m onto a sheet", Demand::settle,
       {{Thing::ball, {0.3, 0.2, 50}, {0.1}}}, 0.1, 600)
       .build = onSheet;
-  add("shapes", "a box on triangles of 1 mm by 20 m", Demand::settle, {}, 1, 600).build =
-      [](Stage& stage) {
-        addSheet(stage, 20, {0.02, 20, 0});
-        stage.add({{Thing::fixed, {0, 0, -0.5}, {20, 20, 0.99}}, {Thing::box, {0, 0, 1}}});
-      };
   add("shapes", "a plate of 10 m by 1 mm", Demand::settle,
       {kFloor, {Thing::box, {0, 0, 0.5}, {10, 10, 0.001}, 8000, {}, {}, {0, 1, 0}, 0.05}}, 0.001,
       600);
