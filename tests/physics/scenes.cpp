@@ -121,46 +121,43 @@ void sizesAndPlaces() {
     }
 }
 
-// Triangles in the plane z = 0, in so many cells a side.
-void addSheet(Stage& stage, int cells, const Vec& side) {
+// 200 triangles of 2 m in the plane z = 0.
+void addSheet(Stage& stage) {
+  constexpr dTriIndex cells = 10, next = cells + 1;
   std::vector<Vec> vertices;
   std::vector<dTriIndex> triangles;
-  const auto at = [cells](int i, int j) { return static_cast<dTriIndex>(j * (cells + 1) + i); };
-  for (int j = 0; j <= cells; ++j)
-    for (int i = 0; i <= cells; ++i) {
-      vertices.push_back(
-          {side[0] * (double(i) / cells - 0.5), side[1] * (double(j) / cells - 0.5)});
-      if (i == cells || j == cells) continue;
-      for (const dTriIndex corner :
-           {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)})
-        triangles.push_back(corner);
-    }
+  for (dTriIndex i = 0; i < next * next; ++i) {
+    vertices.push_back(
+        {20 * (double(i % next) / cells - 0.5), 20 * (double(i / next) / cells - 0.5)});
+    if (i % next == cells || i / next == cells) continue;
+    for (const dTriIndex corner : {0u, 1u, next, 1u, next + 1, next})
+      triangles.push_back(i + corner);
+  }
   stage.mesh(vertices, triangles);
 }
 
 void overlapsAndShapes() {
-  const auto onSheet = [](Stage& stage) { addSheet(stage, 10, {20, 20, 0}); };
+  const auto settle = [](const char* theme, const char* name, const Things& things, int steps,
+                         double unit = 1) -> Extreme& {
+    return add(theme, name, Demand::settle, things, unit, steps);
+  };
   const char* const overlap = "overlap at the start";
-  add(overlap, "two boxes half within each other", Demand::settle,
-      {kFloor, stack(1), stack(1, 1, {0.1, 0.05, 0.5})}, 1, 800);
-  add(overlap, "27 boxes in one place", Demand::settle,
-      {kFloor, row(27, {}, {Thing::box, {0, 0, 0.5}})}, 1, 800);
-  add(overlap, "a box nine tenths below the floor", Demand::settle,
-      {kFloor, stack(1, 1, {0, 0, -0.9})}, 1, 800);
-  add(overlap, "a ball in the middle of a fixed box", Demand::settle,
-      {kFloor, {Thing::fixed, {0, 0, 2}, {2, 2, 4}}, {Thing::ball, {0, 0, 2}, {0.3}}}, 1, 800);
-  add(overlap, "a box across a mesh of one sheet", Demand::settle, {{Thing::box, {0.3, 0.3, 0.1}}},
-      1, 800)
-      .build = onSheet;
-  add("shapes", "a box on a mesh of one sheet", Demand::settle, {{Thing::box, {0.3, 0.2, 1}}}, 1,
-      600)
-      .build = onSheet;
-  add("shapes", "a ball of 0.1 m that falls for 50 m onto a sheet", Demand::settle,
-      {{Thing::ball, {0.3, 0.2, 50}, {0.1}}}, 0.1, 600)
-      .build = onSheet;
-  add("shapes", "a plate of 10 m by 1 mm", Demand::settle,
-      {kFloor, {Thing::box, {0, 0, 0.5}, {10, 10, 0.001}, 8000, {}, {}, {0, 1, 0}, 0.05}}, 0.001,
-      600);
+  settle(overlap, "two boxes half within each other",
+         {kFloor, stack(1), stack(1, 1, {0.1, 0.05, 0.5})}, 800);
+  settle(overlap, "27 boxes in one place", {kFloor, row(27, {}, {Thing::box, {0, 0, 0.5}})}, 800);
+  settle(overlap, "a box nine tenths below the floor", {kFloor, stack(1, 1, {0, 0, -0.9})}, 800);
+  settle(overlap, "a ball in the middle of a fixed box",
+         {kFloor, {Thing::fixed, {0, 0, 2}, {2, 2, 4}}, {Thing::ball, {0, 0, 2}, {0.3}}}, 800);
+  const Things box_across = {{Thing::box, {0.3, 0.3, 0.1}}},
+               box_above = {{Thing::box, {0.3, 0.2, 1}}};
+  settle(overlap, "a box across a mesh of one sheet", box_across, 800).build = addSheet;
+  settle("shapes", "a box on a mesh of one sheet", box_above, 600).build = addSheet;
+  settle("shapes", "a ball of 0.1 m that falls for 50 m onto a sheet",
+         {{Thing::ball, {0.3, 0.2, 50}, {0.1}}}, 600, 0.1)
+      .build = addSheet;
+  settle("shapes", "a plate of 10 m by 1 mm",
+         {kFloor, {Thing::box, {0, 0, 0.5}, {10, 10, 0.001}, 8000, {}, {}, {0, 1, 0}, 0.05}}, 600,
+         0.001);
 }
 
 // Links of 0.5 m along x from the origin, and a load at the end.
