@@ -1,6 +1,6 @@
 // Plays the scenes, in the precision of the ODE that it is built with; extremes.py calls it:
 //
-//     physics-rows list             the names of all extremes
+//     physics-rows list             the names of all scenes but machines
 //     physics-rows row NAME         one extreme, as two lines of CSV: names and values
 //     physics-rows machines         in how many of ten starts each machine holds, by setting
 //     physics-rows truth            scenes with a known answer, by setting
@@ -181,6 +181,9 @@ int run(const std::string& what, const std::string& name) {
     if (what == "list") std::cout << extreme.name << "\n";
     if (what == "row" && extreme.name == name) return writeRow(extreme), 0;
   }
+  for (const std::vector<Scene>& scenes : {truthScenes(), sweptScenes()})
+    for (const Scene& scene : scenes)
+      if (what == "list") std::cout << scene.name << "\n";
   if (what == "list") return 0;
   dSetMessageHandler([](int, const char*, va_list) {});  // of dWorldStep
   if (what == "truth") return writeErrors(truthScenes()), 0;
