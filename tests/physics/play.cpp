@@ -55,6 +55,19 @@ std::string judge(const Extreme& extreme, const Measures& m) {
   }
 }
 
+// How far a joint's two anchors are apart.
+double gapOf(dJointID joint) {
+  dVector3 a = {}, b = {};
+  if (dJointGetType(joint) == dJointTypeBall) {
+    dJointGetBallAnchor(joint, a);
+    dJointGetBallAnchor2(joint, b);
+  } else if (dJointGetType(joint) == dJointTypeHinge) {
+    dJointGetHingeAnchor(joint, a);
+    dJointGetHingeAnchor2(joint, b);
+  }
+  return length(minus(vec(a), vec(b)));
+}
+
 double square(double x) {
   return x * x;
 }

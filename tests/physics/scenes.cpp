@@ -325,8 +325,12 @@ void buildMachines() {
       machine("a gripper with position control", Demand::hold, 0.1,
               {{Thing::box, {0, 0, 1}, {0.1, 0.1, 0.1}, 2000}, finger(-0.06), finger(0.06)},
               [](Stage& stage) {
-                stage.slider(stage[1], {-1, 0, 0}, 100);
-                stage.slider(stage[2], {1, 0, 0}, 100);
+                for (std::size_t i = 1; i < 3; ++i) {
+                  const dJointID slider =
+                      stage.keep(dJointCreateSlider(stage.world(), nullptr), stage[i], nullptr);
+                  dJointSetSliderAxis(slider, i == 1 ? -1 : 1, 0, 0);
+                  dJointSetSliderParam(slider, dParamFMax, 100);
+                }
               });
   grip.error = off(0, 1, 0.1);
   grip.drive = [](Stage& stage, int) {  // to 2 mm within the box

@@ -94,7 +94,7 @@ class Stage {
   // Joints; no second body is the world. Anchors are given in the world.
   dJointID ballJoint(dBodyID a, dBodyID b, const Vec& anchor);
   dJointID hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis);
-  dJointID slider(dBodyID a, const Vec& axis, double most_force);  // to the world
+  dJointID keep(dJointID joint, dBodyID a, dBodyID b);
 
   // Each body elsewhere by up to this, where there is a start that is not 0.
   void stir(double distance);
@@ -146,8 +146,5 @@ class Stage {
   unsigned long steps_ = 0;
   bool seeds_ = true;
 };
-
-// How far a joint's two anchors are apart.
-double gapOf(dJointID joint);
 
 }  // namespace sap_test::physics
