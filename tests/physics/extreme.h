@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "../support/floating_point.h"
 #include "stage.h"
 
 namespace sap_test::physics {
@@ -33,11 +32,10 @@ struct Extreme {
   // For Demand::hold: what is wrong, 1 being all of it. Else the widest gap of a joint, in units.
   std::function<double(const Stage&)> error = nullptr;
   // Called before each step.
-  std::function<void(Stage&, int step)> drive = nullptr;
+  std::function<void(Stage&)> drive = nullptr;
   // Whether a body is where nothing lets it come to.
   std::function<bool(const Stage&, std::size_t body)> lost = nullptr;
   Vec gravity = {0, 0, -kGravity};
-  unsigned mode = FloatingPointMode::kDefault;
 };
 using Extremes = std::vector<Extreme>;
 
@@ -91,14 +89,13 @@ using Quantities = std::vector<Quantity>;
 struct Bound {
   const char* quantity;
   double least, mean, most = 1e300;
-  bool directed = false;
 };
 
 struct Scene {
   std::string name;
   const char* of;  // what it is measured in
   std::function<Quantities(const Setting&, int run)> play;
-  enum Kind { contact, friction, free, slow, swept } kind;
+  enum Kind { contact, free, slow, swept } kind;
   int runs;
   std::vector<Bound> bounds;
 };

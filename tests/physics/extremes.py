@@ -45,13 +45,13 @@ def ranged(row):
     return "%s (%s–%s)" % tuple(percent(row[name]) for name in ("error", "least", "most"))
 
 
-def table(rows, titles, names, cell, columns={}):
+def table(rows, titles, names, cell):
     """A line for each name, a column for each setting."""
-    settings = list(dict.fromkeys(columns.get(row["setting"], row["setting"]) for row in rows))
+    settings = list(dict.fromkeys(row["setting"] for row in rows))
     lines = ["| %s | %s |" % (" | ".join(titles), " | ".join(settings)), "| --- " * len(titles) + "| ---: " * len(settings) + "|"]
     groups = {}
     for row in rows:
-        groups.setdefault(names(row), {})[columns.get(row["setting"], row["setting"])] = cell(row)
+        groups.setdefault(names(row), {})[row["setting"]] = cell(row)
     lines += ["| %s | %s |" % (" | ".join(name), " | ".join(cells.get(setting, "") for setting in settings))
               for name, cells in groups.items()]
     return "\n".join(lines) + "\n"
@@ -64,7 +64,7 @@ def trades():
     for row in rows:
         costs.setdefault(row["setting"], []).append(float(row["us_a_step"]) / own[row["scene"]])
         first.setdefault(row["of"], row["scene"] + row["quantity"])
-    costs = [dict(scene="cost of a step", setting=setting, cell="%.2g" % sorted(found)[len(found) // 2]) for setting, found in costs.items() if setting != "fdir1"]
+    costs = [dict(scene="cost of a step", setting=setting, cell="%.2g" % sorted(found)[len(found) // 2]) for setting, found in costs.items()]
 
     def cell(row):
         if "cell" in row:
@@ -80,9 +80,9 @@ def trades():
         if row["quantity"] == "half-life":
             said = "%s, %.2g s at 10 ms" % (("halves", "doubles")[row["value"][0] == "-"], abs(float(row["exact"])) * float(row["dt"]) / 0.01)
         of = ": " + row["of"] if first[row["of"]] == row["scene"] + row["quantity"] else ""
-        return row["scene"].replace(" degrees", "°") + of + (", fdir1 given" if row["setting"] == "fdir1" else ""), said
+        return row["scene"].replace(" degrees", "°") + of, said
 
-    return table(costs + rows, ("scene", "quantity: truth"), names, cell, {"fdir1": "as ODE comes"})
+    return table(costs + rows, ("scene", "quantity: truth"), names, cell)
 
 
 def swept():

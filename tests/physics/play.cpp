@@ -153,7 +153,7 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   stage.stir(1e-5 * extreme.unit);
   Observer observer(extreme, stage);
   for (int step = 0; step < extreme.steps; ++step) {
-    if (extreme.drive) extreme.drive(stage, step);
+    if (extreme.drive) extreme.drive(stage);
     stage.step();
     report->digest = tradeoff::digestOf(stage.bodies(), report->digest);
     report->steps = step + 1;
@@ -178,7 +178,6 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, dou
     dSetDebugHandler(answerAborted);
     dSetErrorHandler(answerAborted);
     dSetMessageHandler([](int, const char*, va_list) {});
-    const FloatingPointMode mode(extreme.mode);
     Extreme part = extreme;
     part.steps = std::max(1, static_cast<int>(extreme.steps * length));
     answer(playOnce(part, pairing, setting).c_str());

@@ -156,14 +156,6 @@ dJointID Stage::hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis) 
   return joint;
 }
 
-void Stage::move(const Vec& by) {
-  origin_ = origin_ + by;
-  for (const dGeomID geom : geoms_) {
-    const dReal* const at = dGeomGetPosition(geom);  // of its body, if it has one
-    dGeomSetPosition(geom, at[0] + real(by[0]), at[1] + real(by[1]), at[2] + real(by[2]));
-  }
-}
-
 void Stage::touch(dGeomID a, dGeomID b) {
   const dBodyID first = dGeomGetBody(a), second = dGeomGetBody(b);
   if (!first && !second) return;
