@@ -80,25 +80,6 @@ void nanRotation(Scene& scene, int frame) {
   }
 }
 
-// A body that a solver blew up: its position and all that it carries.
-void nanBody(Scene& scene, int frame) {
-  if (frame == 0) {
-    scene.addUnitBoxes(scene.size);
-    for (std::size_t i = 0; i < scene.size; i += 5) {
-      scene.marked.push_back(scene.geoms()[i]);
-      scene.giveBody(scene.geoms()[i]);
-    }
-  }
-  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
-    const dBodyID body = scene.bodies()[i];
-    const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
-    dBodySetPosition(body, x, y, x);
-    dBodySetLinearVel(body, isSick(frame) && i % 3 == 0 ? kNaN : 0, 0, 0);
-  }
-  dWorldSetQuickStepNumIterations(scene.dynamics(), 1);
-  dWorldQuickStep(scene.dynamics(), dReal(0.1));
-}
-
 void nanSize(Scene& scene, int frame) {
   if (frame == 0) {
     scene.addUnitBoxes(scene.size);
@@ -169,7 +150,6 @@ Extremes extremeBounds() {
   all.push_back({"ODE's classes with infinite sizes and places", infiniteClasses});
   all.push_back({"NaN positions", onUnitBoxes(nanPosition)});
   all.push_back({"NaN rotations", onUnitBoxes(nanRotation)});
-  all.push_back({"NaN velocities, then a time step", nanBody, 1500});
   all.push_back({"NaN bounds of user classes", nanSize});
   all.push_back({"zero-sized boxes, coming and going", onUnitBoxes(zeroSizes)});
   all.push_back({"inverted boxes", inverted, 1500});

@@ -77,23 +77,6 @@ void onOneBody(Scene& scene, int frame) {
   dBodySetPosition(scene.bodies()[0], x, 0, 0);
 }
 
-// Bodies come together into one and part again. Letting a geom go from its body tells the space
-// nothing, as its place stays the same, and yet changes its pairs.
-void bodiesMergeAndPart(Scene& scene, int frame) {
-  if (frame == 0) {
-    scene.addUnitBoxes(scene.size);
-    for (int i = 0; i < 2; ++i) scene.giveBody(scene.geoms()[i]);
-  }
-  for (std::size_t i = 2; i < scene.size; ++i) {
-    const bool on = frame % 2 == 0 || scene.random.chance(0.5);
-    dGeomSetBody(scene.geoms()[i], on ? scene.bodies()[i % 2] : nullptr);
-    if (on && frame < 3) {
-      const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
-      dGeomSetOffsetPosition(scene.geoms()[i], x, y, x - y);
-    }
-  }
-}
-
 // One bit each, of all that an unsigned long has, others in every frame.
 void singleBits(Scene& scene, dGeomID geom, int) {
   constexpr std::size_t bits = 8 * sizeof(unsigned long);
@@ -288,7 +271,6 @@ Extremes extremeChanges() {
       {"all geoms removed and added in every frame", onUnitBoxes(reAddAll)},
       {"all geoms destroyed and made anew in every frame", renewAll},
       {"10,000 geoms on one body", onOneBody, 10000, 3},
-      {"bodies that merge and part without a move", bodiesMergeAndPart, 700, 6},
       {"single bits of all that a long has", eachUnitBox(singleBits), 5000, 4},
   };
 }

@@ -1,11 +1,12 @@
-// Scenes at an extreme of physics, and what becomes of each.
+// Scenes at an extreme of physics, and what becomes of each; and scenes of which the answer is
+// known.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "../support/floating_point.h"
 #include "stage.h"
 
 namespace sap_test::physics {
@@ -31,11 +32,10 @@ struct Extreme {
   // For Demand::hold: what is wrong, 1 being all of it. Else the widest gap of a joint, in units.
   std::function<double(const Stage&)> error = nullptr;
   // Called before each step.
-  std::function<void(Stage&, int step)> drive = nullptr;
+  std::function<void(Stage&)> drive = nullptr;
   // Whether a body is where nothing lets it come to.
   std::function<bool(const Stage&, std::size_t body)> lost = nullptr;
   Vec gravity = {0, 0, -kGravity};
-  unsigned mode = FloatingPointMode::kDefault;
 };
 using Extremes = std::vector<Extreme>;
 
@@ -63,7 +63,6 @@ struct Result {
   Measures measures;
   std::uint64_t digest = 0;  // of every bit of every state of every body
   int steps = 0;             // that were made
-  double microseconds = 0;   // of the processor, a step
 };
 
 // The part of its steps that is made is `length`.
@@ -77,5 +76,37 @@ bool isWhatItOwes(const std::string& outcome);
 // One start may be luck. In how many of so many starts the scene does what it owes.
 constexpr int kStarts = 10;
 int startsHeld(const Extreme& extreme, const Setting& setting);
+
+// What is measured at the end of a run. The error is the difference in parts of `scale`. Without a
+// scale the value says whether something happened that must not, 0 or 1.
+struct Quantity {
+  const char* name;
+  double value, exact, scale;
+};
+using Quantities = std::vector<Quantity>;
+
+// What an error must be, its mean and the worst: with settings that are checked.
+struct Bound {
+  const char* quantity;
+  double least, mean, most = 1e300;
+};
+
+struct Scene {
+  std::string name;
+  const char* of;  // what it is measured in
+  std::function<Quantities(const Setting&, int run)> play;
+  enum Kind { contact, free, slow, swept } kind;
+  int runs;
+  std::vector<Bound> bounds;
+};
+
+std::vector<Scene> truthScenes();
+std::vector<Scene> sweptScenes();
+
+// In each run another part of one: no step divides these.
+inline double phaseOf(int run) {
+  const double golden = 0.618033988749895 * run;
+  return golden - std::floor(golden);
+}
 
 }  // namespace sap_test::physics

@@ -1,11 +1,9 @@
 #!/usr/bin/env python3
 """What ODE does to physics, by the rows of results/ that physics-rows makes:
 
-    extremes.py measure PROGRAM PRECISION   plays extremes that have no row yet, and drops rows of extremes that are gone
-    extremes.py check [PROGRAM]             whether README.md has the tables of the rows, and each extreme of the program a row
-    extremes.py draw                        README.md's tables
+    extremes.py check [PROGRAM]   whether README.md has the tables of the rows, and each scene of the program a row
+    extremes.py draw              README.md's tables
 """
-import concurrent.futures
 import csv
 import os
 import re
@@ -19,23 +17,9 @@ SERIES = (("mass that a box bears, in its own", r"a box on one as large, 1:(\S+)
           ("step of a stack of 5, s", r"a stack of 5, steps of (\S+) s"),
           ("speed of 0.2 m at a plate of 0.1 m, m/s", r"boxes of 0.2 m at a plate.* (\d+) m/s"))
 
-def said(*words):
-    return subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
-
-
 def recorded(name):
     with open(os.path.join(RESULTS, name + ".csv"), newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
-
-
-def measure(program, precision):
-    known = {row["extreme"]: row for row in recorded(precision)}
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        rows = list(pool.map(lambda name: known.get(name) or next(csv.DictReader(said(program, "row", name))), said(program, "list")))
-    with open(os.path.join(RESULTS, precision + ".csv"), "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def thresholds():
@@ -61,13 +45,13 @@ def ranged(row):
     return "%s (%s–%s)" % tuple(percent(row[name]) for name in ("error", "least", "most"))
 
 
-def table(rows, titles, names, cell, columns={}):
+def table(rows, titles, names, cell):
     """A line for each name, a column for each setting."""
-    settings = list(dict.fromkeys(columns.get(row["setting"], row["setting"]) for row in rows))
+    settings = list(dict.fromkeys(row["setting"] for row in rows))
     lines = ["| %s | %s |" % (" | ".join(titles), " | ".join(settings)), "| --- " * len(titles) + "| ---: " * len(settings) + "|"]
     groups = {}
     for row in rows:
-        groups.setdefault(names(row), {})[columns.get(row["setting"], row["setting"])] = cell(row)
+        groups.setdefault(names(row), {})[row["setting"]] = cell(row)
     lines += ["| %s | %s |" % (" | ".join(name), " | ".join(cells.get(setting, "") for setting in settings))
               for name, cells in groups.items()]
     return "\n".join(lines) + "\n"
@@ -80,7 +64,7 @@ def trades():
     for row in rows:
         costs.setdefault(row["setting"], []).append(float(row["us_a_step"]) / own[row["scene"]])
         first.setdefault(row["of"], row["scene"] + row["quantity"])
-    costs = [dict(scene="cost of a step", setting=setting, cell="%.2g" % sorted(found)[len(found) // 2]) for setting, found in costs.items() if setting != "fdir1"]
+    costs = [dict(scene="cost of a step", setting=setting, cell="%.2g" % sorted(found)[len(found) // 2]) for setting, found in costs.items()]
 
     def cell(row):
         if "cell" in row:
@@ -96,9 +80,9 @@ def trades():
         if row["quantity"] == "half-life":
             said = "%s, %.2g s at 10 ms" % (("halves", "doubles")[row["value"][0] == "-"], abs(float(row["exact"])) * float(row["dt"]) / 0.01)
         of = ": " + row["of"] if first[row["of"]] == row["scene"] + row["quantity"] else ""
-        return row["scene"].replace(" degrees", "°") + of + (", fdir1 given" if row["setting"] == "fdir1" else ""), said
+        return row["scene"].replace(" degrees", "°") + of, said
 
-    return table(costs + rows, ("scene", "quantity: truth"), names, cell, {"fdir1": "as ODE comes"})
+    return table(costs + rows, ("scene", "quantity: truth"), names, cell)
 
 
 def swept():
@@ -136,10 +120,11 @@ def check(program=None):
     if old != new:
         sys.exit("README.md has other tables than the rows: call extremes.py draw")
     if program:  # of either precision
-        names = set(said(program, "list"))
-        lacking = min((names.symmetric_difference(row["extreme"] for row in recorded(precision)) for precision in PRECISIONS), key=len)
+        names = set(subprocess.run([program, "list"], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines())
+        known = {row["scene"] for name in ("truth", "swept") for row in recorded(name)}
+        lacking = min((names ^ known ^ {row["extreme"] for row in recorded(precision)} for precision in PRECISIONS), key=len)
         if lacking:
-            sys.exit("rows and extremes differ: %s" % ", ".join(lacking))
+            sys.exit("rows and scenes differ: %s" % ", ".join(lacking))
 
 
 def draw():
@@ -149,8 +134,8 @@ def draw():
 
 
 def main():
-    what = dict(measure=measure, check=check, draw=draw).get(sys.argv[1] if len(sys.argv) > 1 else "")
-    if not what or len(sys.argv) not in {measure: (4,), check: (2, 3), draw: (2,)}[what]:
+    what = dict(check=check, draw=draw).get(sys.argv[1] if len(sys.argv) > 1 else "")
+    if not what or len(sys.argv) not in {check: (2, 3), draw: (2,)}[what]:
         sys.exit(__doc__)
     what(*sys.argv[2:])
 

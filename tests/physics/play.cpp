@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstring>
-#include <ctime>
 #include <stdexcept>
 
 #include "extreme.h"
@@ -54,6 +53,19 @@ std::string judge(const Extreme& extreme, const Measures& m) {
       if (m.gap > kBreak) return "breaks";
       return m.gap > kStretch ? "stretches" : "holds";
   }
+}
+
+// How far a joint's two anchors are apart.
+double gapOf(dJointID joint) {
+  dVector3 a = {}, b = {};
+  if (dJointGetType(joint) == dJointTypeBall) {
+    dJointGetBallAnchor(joint, a);
+    dJointGetBallAnchor2(joint, b);
+  } else if (dJointGetType(joint) == dJointTypeHinge) {
+    dJointGetHingeAnchor(joint, a);
+    dJointGetHingeAnchor2(joint, b);
+  }
+  return length(minus(vec(a), vec(b)));
 }
 
 double square(double x) {
@@ -141,10 +153,8 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   stage.stir(1e-5 * extreme.unit);
   Observer observer(extreme, stage);
   for (int step = 0; step < extreme.steps; ++step) {
-    if (extreme.drive) extreme.drive(stage, step);
-    const std::clock_t before = std::clock();
+    if (extreme.drive) extreme.drive(stage);
     stage.step();
-    report->microseconds += 1e6 * double(std::clock() - before) / CLOCKS_PER_SEC / extreme.steps;
     report->digest = tradeoff::digestOf(stage.bodies(), report->digest);
     report->steps = step + 1;
     if (!stage.isFinite()) return "not finite";
@@ -168,7 +178,6 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, dou
     dSetDebugHandler(answerAborted);
     dSetErrorHandler(answerAborted);
     dSetMessageHandler([](int, const char*, va_list) {});
-    const FloatingPointMode mode(extreme.mode);
     Extreme part = extreme;
     part.steps = std::max(1, static_cast<int>(extreme.steps * length));
     answer(playOnce(part, pairing, setting).c_str());
@@ -176,7 +185,7 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, dou
   waitpid(child, nullptr, 0);
   const Result said = *static_cast<Result*>(shared);
   munmap(shared, sizeof(Result));
-  return said.outcome[0] ? said : Result{"crashes", {}, 0, 0, 0};
+  return said.outcome[0] ? said : Result{"crashes", {}, 0, 0};
 }
 
 bool same(const Result& a, const Result& b) {

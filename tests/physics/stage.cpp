@@ -138,35 +138,22 @@ void Stage::spin(std::size_t body, const Vec& speed) {
   dBodySetAngularVel(bodies_[body], real(speed[0]), real(speed[1]), real(speed[2]));
 }
 
-dJointID Stage::ballJoint(dBodyID a, dBodyID b, const Vec& anchor) {
-  const dJointID joint = joints_.emplace_back(dJointCreateBall(world_, nullptr));
+dJointID Stage::keep(dJointID joint, dBodyID a, dBodyID b) {
   dJointAttach(joint, a, b);
+  return joints_.emplace_back(joint);
+}
+
+dJointID Stage::ballJoint(dBodyID a, dBodyID b, const Vec& anchor) {
+  const dJointID joint = keep(dJointCreateBall(world_, nullptr), a, b);
   dJointSetBallAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
   return joint;
 }
 
 dJointID Stage::hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis) {
-  const dJointID joint = joints_.emplace_back(dJointCreateHinge(world_, nullptr));
-  dJointAttach(joint, a, b);
+  const dJointID joint = keep(dJointCreateHinge(world_, nullptr), a, b);
   dJointSetHingeAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
   dJointSetHingeAxis(joint, real(axis[0]), real(axis[1]), real(axis[2]));
   return joint;
-}
-
-dJointID Stage::slider(dBodyID a, const Vec& axis, double most_force) {
-  const dJointID joint = joints_.emplace_back(dJointCreateSlider(world_, nullptr));
-  dJointAttach(joint, a, nullptr);
-  dJointSetSliderAxis(joint, real(axis[0]), real(axis[1]), real(axis[2]));
-  dJointSetSliderParam(joint, dParamFMax, real(most_force));
-  return joint;
-}
-
-void Stage::move(const Vec& by) {
-  origin_ = origin_ + by;
-  for (const dGeomID geom : geoms_) {
-    const dReal* const at = dGeomGetPosition(geom);  // of its body, if it has one
-    dGeomSetPosition(geom, at[0] + real(by[0]), at[1] + real(by[1]), at[2] + real(by[2]));
-  }
 }
 
 void Stage::touch(dGeomID a, dGeomID b) {
@@ -254,18 +241,6 @@ std::string text(double number) {
   char text[32];
   std::snprintf(text, sizeof text, "%g", number);
   return text;
-}
-
-double gapOf(dJointID joint) {
-  dVector3 a = {}, b = {};
-  if (dJointGetType(joint) == dJointTypeBall) {
-    dJointGetBallAnchor(joint, a);
-    dJointGetBallAnchor2(joint, b);
-  } else if (dJointGetType(joint) == dJointTypeHinge) {
-    dJointGetHingeAnchor(joint, a);
-    dJointGetHingeAnchor2(joint, b);
-  }
-  return length(minus(vec(a), vec(b)));
 }
 
 }  // namespace sap_test::physics

@@ -65,10 +65,9 @@ struct Setting {
   int divide = 1;       // so many steps in the place of one
   double erp = 0.2;
   double cfm = sizeof(dReal) == 8 ? 1e-10 : 1e-5;
-  bool soft = false;      // CFM is step / mass of the lightest body
-  bool directed = false;  // fdir1 is given: along the sliding
-  bool swept = false;     // swept contacts, with ours between swept bounds
-  unsigned start = 0;     // each but 0 has its own chance, and bodies a little elsewhere
+  bool soft = false;   // CFM is step / mass of the lightest body
+  bool swept = false;  // swept contacts, with ours between swept bounds
+  unsigned start = 0;  // each but 0 has its own chance, and bodies a little elsewhere
 };
 
 class Stage {
@@ -94,12 +93,10 @@ class Stage {
   // Joints; no second body is the world. Anchors are given in the world.
   dJointID ballJoint(dBodyID a, dBodyID b, const Vec& anchor);
   dJointID hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis);
-  dJointID slider(dBodyID a, const Vec& axis, double most_force);  // to the world
+  dJointID keep(dJointID joint, dBodyID a, dBodyID b);
 
   // Each body elsewhere by up to this, where there is a start that is not 0.
   void stir(double distance);
-  // All of it elsewhere, as it stands.
-  void move(const Vec& by);
   // One collide and one step, `divide` times.
   void step();
   // The random sequence goes on from step to step.
@@ -110,8 +107,7 @@ class Stage {
   const std::vector<dBodyID>& bodies() const { return bodies_; }
   const std::vector<dJointID>& joints() const { return joints_; }
   dBodyID operator[](std::size_t body) const { return bodies_[body]; }
-  // Where the body is, seen from what moved with all of it.
-  Vec place(std::size_t body) const { return minus(vec(dBodyGetPosition(bodies_[body])), origin_); }
+  Vec place(std::size_t body) const { return vec(dBodyGetPosition(bodies_[body])); }
   Vec speed(std::size_t body) const { return vec(dBodyGetLinearVel(bodies_[body])); }
   Vec rate(std::size_t body) const { return vec(dBodyGetAngularVel(bodies_[body])); }
   // Of motion and height.
@@ -142,12 +138,8 @@ class Stage {
   std::deque<std::vector<dReal>> numbers_;  // that geoms read
   std::deque<std::vector<dTriIndex>> triangles_;
   std::vector<dTriMeshDataID> meshes_;
-  Vec origin_ = {0, 0, 0};
   unsigned long steps_ = 0;
   bool seeds_ = true;
 };
-
-// How far a joint's two anchors are apart.
-double gapOf(dJointID joint);
 
 }  // namespace sap_test::physics

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "extreme.h"
-#include "rows.h"
 
 namespace sap_test::physics {
 namespace {
