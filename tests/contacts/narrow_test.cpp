@@ -1,13 +1,10 @@
 // dParallelSAPSpaceCollideContacts gives what a serial loop over dCollide gives.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <cstdlib>
 #include <new>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>

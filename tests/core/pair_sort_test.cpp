@@ -3,7 +3,6 @@
 #include <set>
 #include <vector>
 
-#include "space/cache/changed_pairs.h"
 #include "space/pairs/pair_sort.h"
 #include "support/case.h"
 #include "support/catch.hpp"
@@ -72,60 +71,4 @@ TEST_CASE("Pairs come ascending, however many there are to a slot", "[pair-sort]
       checkSorted(somePairs(shape.count, shape.slots, shape.spread, random), shape.slots, threads,
                   scratch);
     }
-}
-
-TEST_CASE("Found pairs take the place of those of changed slots, in however many runs they come",
-          "[pair-sort]") {
-  const std::uint64_t seed = sap_test::seedOr(1);
-  INFO("seed " << seed);
-  sap_test::Random random(seed);
-  constexpr std::size_t slots = 500;
-  const auto inParts = [&](const std::set<Pair>& all) {
-    PairList list;
-    list.clear(1 + random.below(4));
-    std::size_t part = 0;
-    for (const Pair pair : all) {
-      if (part + 1 < list.parts.size() && random.chance(0.01)) ++part;
-      list.parts[part].push_back(pair);
-    }
-    list.addParts(/*decided=*/true);
-    return list;
-  };
-  const auto withGaps = [&](const std::set<Pair>& all) {
-    PairList list;
-    list.clear(1);
-    list.parts[0].resize(2 * all.size());
-    Pair* to = list.parts[0].begin();
-    for (const Pair pair : all) {
-      if (random.chance(0.1)) *to++ = ~Pair{0};
-      *to = pair;
-      list.add({to, to + 1});
-      ++to;
-    }
-    return list;
-  };
-  for (int round = 0; round < 40; ++round) {
-    SlotSet changed;
-    changed.growTo(slots);
-    for (std::size_t i = random.below(50); i > 0; --i)
-      changed.insert(static_cast<Slot>(random.below(slots)));
-    std::set<Pair> old, found, wanted;
-    for (int i = 0; i < 3000; ++i) {
-      const Slot earlier = static_cast<Slot>(random.below(slots - 1));
-      const Slot later = static_cast<Slot>(earlier + 1 + random.below(slots - earlier - 1));
-      const bool is_changed = changed.contains(earlier) || changed.contains(later);
-      if (random.chance(0.5) || !is_changed) old.insert(makePair(earlier, later));
-      if (random.chance(0.5) && is_changed) found.insert(makePair(earlier, later));
-      if (!is_changed) wanted.insert(makePair(earlier, later));
-    }
-    const std::size_t stay = wanted.size();
-    wanted.insert(found.begin(), found.end());
-    PairList pairs = inParts(old);
-    ChangedPairs merge;
-    merge.found() = withGaps(found);
-    CHECK(merge.replace(changed, 1 + round % 3, pairs) == stay);
-    std::vector<Pair> got;
-    for (const PairList::Run& run : pairs.runs) got.insert(got.end(), run.begin(), run.end());
-    REQUIRE(got == std::vector<Pair>(wanted.begin(), wanted.end()));
-  }
 }

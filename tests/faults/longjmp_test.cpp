@@ -2,7 +2,6 @@
 // and the space stays locked. What follows is right, and nothing hangs or leaks.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <csetjmp>
 #include <fstream>
 #include <thread>
@@ -10,11 +9,7 @@
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/events_oracle.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
 #include "support/oracle.h"
-#include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 
@@ -24,7 +19,6 @@ namespace {
 
 // All that calls back.
 enum Way { kNear, kPairs, kContacts, kQuery, kRays, kOverlaps, kWays };
-constexpr int kEntries = kQuery;  // the first ones report the pairs of the space
 
 // What the callbacks do, all of them: static, as longjmp leaves no objects behind.
 struct Script {

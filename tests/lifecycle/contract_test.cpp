@@ -1,7 +1,6 @@
 // The callback's rights and duties; sub-spaces, empty ones too.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -15,7 +14,6 @@
 #include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
-#include "support/random.h"
 #include "support/scenes.h"
 
 using namespace sap_test;

@@ -1,14 +1,13 @@
 // The number of threads changes the time, never the sequence.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <thread>
 #include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
-#include "support/oracle.h"
+#include "support/recorder.h"
 #include "support/scenes.h"
 
 using namespace sap_test;

@@ -3,7 +3,6 @@
 
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
@@ -116,4 +115,37 @@ TEST_CASE("A ray of infinite length along an axis is paired with what is on its 
       dGeomDestroy(probe);
     }
   }
+}
+
+TEST_CASE("The few geoms that move meet others as in any frame, in any floating-point mode",
+          "[bounds]") {
+  constexpr std::size_t n = 600, moving = 30;
+  for (const unsigned mode : {FloatingPointMode::kFlushing, FloatingPointMode::kDownward,
+                              FloatingPointMode::kUpward, FloatingPointMode::kTowardZero})
+    for (const dReal length : {real(0.1), 1000 * std::numeric_limits<dReal>::denorm_min()}) {
+      Random random(seedOr(75));
+      const Space space(configurations()[0]);
+      World world(space);
+      const auto somewhere = [&] {
+        Bounds bounds;
+        for (std::size_t i = 0; i < 6; i += 2) {
+          bounds[i] = length * static_cast<dReal>(random.below(12));
+          bounds[i + 1] = bounds[i] + length * static_cast<dReal>(1 - random.below(2) * 1e-3);
+        }
+        return bounds;
+      };
+      for (std::size_t i = 0; i < n; ++i) world.take(createUserBox(space, somewhere()));
+      for (int frame = 0; frame < 4; ++frame) {
+        INFO("mode " << std::hex << mode << ", length " << length << ", frame " << frame);
+        Pairs got;
+        {
+          const FloatingPointMode scoped(mode);
+          got = collide(space);
+        }
+        REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
+        CHECK((statsOf(space).kept > 0) == (frame > 0));
+        for (std::size_t i = 0; i < moving; ++i)
+          setUserBounds(world.geoms()[random.below(n)], somewhere());
+      }
+    }
 }

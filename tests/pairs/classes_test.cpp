@@ -10,9 +10,7 @@
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/knobs.h"
 #include "support/oracle.h"
-#include "support/random.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
 

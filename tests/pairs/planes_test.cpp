@@ -1,7 +1,6 @@
 // Planes: as ODE has them, with every geom, and culled, with those that may touch.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -57,8 +57,6 @@ class NestedScene {
   }
 
   dSpaceID space() const { return space_; }
-  // The sub-space of so many, the largest second.
-  dSpaceID subSpace(std::size_t i) const { return spaces_[i]; }
   const std::vector<dGeomID>& geoms() const { return world_.geoms(); }
   const std::vector<dGeomID>& inside() const { return inside_; }
 
