@@ -38,15 +38,15 @@ std::size_t give(const Buffer<dParallelSAPPairEvent>& events, const dParallelSAP
 }
 
 // Spaces that are asked for events: those without say so.
-ParallelSAPSpace& withPairs(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
-  ParallelSAPSpace& own = checked(space, caller);
+Pipeline& withPairs(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
+  Pipeline& own = checked(space, caller).pipeline();
   if (!(own.eventKinds() & dParallelSAPEventPairs))
     own.complaints().ofEventsOff(caller, "dParallelSAPEventPairs");
   return own;
 }
 
-ParallelSAPSpace& withTouches(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
-  ParallelSAPSpace& own = checked(space, caller);
+Pipeline& withTouches(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
+  Pipeline& own = checked(space, caller).pipeline();
   if (!(own.eventKinds() & dParallelSAPEventTouches))
     own.complaints().ofEventsOff(caller, "dParallelSAPEventTouches");
   else if (own.touches().lastHadNoContacts())
@@ -245,11 +245,11 @@ void dParallelSAPSpaceSetEvents(dSpaceID space, int events) {
   ParallelSAPSpace& own = checked(space);
   const bool known = (events & ~(dParallelSAPEventPairs | dParallelSAPEventTouches)) == 0;
   dUASSERT(known, "unknown events");
-  if (known) own.turnEvents(events);
+  if (known) own.pipeline().turnEvents(events);
 }
 
 int dParallelSAPSpaceGetEvents(dSpaceID space) {
-  return checked(space).eventKinds();
+  return checked(space).pipeline().eventKinds();
 }
 
 size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space, const dParallelSAPPairEvent** pairs) {
@@ -270,9 +270,13 @@ size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space, const unsigned** numbers)
 }
 
 int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2, unsigned* number) {
-  ParallelSAPSpace& own = withPairs(space);
+  const PairEvents& events = withPairs(space).events();
   dAASSERT(o1 && o2 && number);
-  return own.findPair(o1, o2, *number);
+  if (dGeomGetSpace(o1) != space || dGeomGetSpace(o2) != space) return 0;
+  const std::size_t place = events.placeOf(Slots::slotOf(o1), Slots::slotOf(o2));
+  if (place == events.pairs()) return 0;
+  *number = events.numbers()[place];
+  return 1;
 }
 
 size_t dParallelSAPSpaceGetBegunTouches(dSpaceID space, const dParallelSAPPairEvent** touches) {

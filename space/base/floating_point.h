@@ -37,8 +37,7 @@ inline FloatingPointMode currentMode() {
 inline void setMode(const FloatingPointMode& mode) {
   std::fesetenv(&mode);
 }
-// The environment in which a program starts. FE_DFL_ENV may be no address of one, and can only be
-// set; so the first caller does that for a moment, and the others wait.
+// The environment in which a program starts. FE_DFL_ENV can only be set, so the first caller does.
 inline const FloatingPointMode& exactMode() {
   static const FloatingPointMode mode = [] {
     const FloatingPointMode before = currentMode();

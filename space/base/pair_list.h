@@ -7,7 +7,6 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -1,20 +1,18 @@
-// All that depends on the operating system or is GCC's and Clang's alone, but for files in memory
-// and images of ODE (space/images), pages of the system's (storage.h) and vectors (simd).
+// What depends on the operating system or the compiler, but for images of ODE (space/images), pages
+// of the system's (storage.h) and vectors (simd).
 #pragma once
 
 #include <cstdint>
 
 namespace ode_parallel_sap {
 
-// Fetches the line of the cache that holds a place. To GCC (12) a function that does nothing else
-// has no effect, and calls of such functions that it does not inline early are left out: all of the
-// update's once were. With the empty statement there is one.
+// Fetches the line of the cache that holds a place. Without the empty statement GCC 12 takes
+// functions that only prefetch for functions without effect, and leaves out their calls.
 [[gnu::always_inline]] inline void prefetch(const void* place) {
   __builtin_prefetch(place);
   asm volatile("");
 }
-// The same, but no nearer than the second-level cache: where much is fetched that comes from
-// memory, there is room for few lines on their way to the first.
+// The same into the second-level cache: few lines at a time may be on their way to the first.
 [[gnu::always_inline]] inline void prefetchFar(const void* place) {
   __builtin_prefetch(place, 0, 2);
   asm volatile("");

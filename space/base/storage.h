@@ -13,8 +13,8 @@
 
 namespace ode_parallel_sap {
 
-// Small storage is the heap's. From 256 bytes on it begins with a cache line: less would be in vain
-// for the many small lists of small spaces. Large storage (least_mapped) is the system's own pages.
+// Small storage is the heap's. From 256 bytes on it begins with a cache line. Large storage
+// (least_mapped) is the system's own pages.
 class Storage {
  public:
   static constexpr std::size_t unit = 16, least_aligned = 256;  // fixed: the heap's; a GroupFilter

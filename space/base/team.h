@@ -50,10 +50,9 @@ inline bool teamsAreLost() {
 }
 
 // How many threads, the calling one among them, may work in its next team: `wanted`, or fewer where
-// the machine cannot provide so many, one within a team. OpenMP's threads are started when more are
-// wanted than ever before, by a thread that nobody waits for; until then all wanted ones count.
-// OpenMP ends the program where it cannot start a thread, so as many threads that do nothing are
-// tried first. A limit that is reached later is not seen.
+// the machine cannot provide so many, one within a team. A thread that nobody waits for starts
+// OpenMP's if more are wanted than ever before. OpenMP ends the program where it cannot start one,
+// so as many threads that do nothing are tried first.
 int threadsToBeHad(int wanted);
 
 // Called where there are fewer, once, on the calling thread. Null: nothing is said.

@@ -10,20 +10,16 @@ namespace ode_parallel_sap {
 // Up to this number of slots a scene is collided on the spot, without boxes, trees or clocks.
 constexpr std::size_t small_scene_slots = 120;
 
-// Parts that work is cut into for each thread, where its parts may differ: threads that are done
-// early take more.
+// Parts that work is cut into for each thread, where they differ: threads done early take more.
 constexpr std::size_t tasks_a_thread = 16;
 
-// Pairs that a thread takes at a time where all are alike: taking them costs nothing, and what is
-// made of them stays in its cache.
+// Pairs that a thread takes at a time where all are alike.
 constexpr std::size_t chunk_pairs = 4096;
 
-// Pairs of a block that is handed to the program. Which blocks there are depends on this and on the
-// pairs alone.
+// Pairs of a block that is handed to the program.
 constexpr std::size_t block_pairs = 512;
 
-// Cells that a thread takes at a time: enough to make taking them cheap, few enough to keep threads
-// level where some cells have many more neighbours than others. Whole nodes of a tree.
+// Cells that a thread takes at a time: whole nodes of a tree, as some have more neighbours.
 constexpr std::size_t chunk_cells = 64;
 
 // How far ahead of its use something that lies anywhere in memory is prefetched.
@@ -50,8 +46,7 @@ constexpr std::size_t least_mapped = std::size_t{1} << 16;
 // asking for them ahead cost a third of a report that only counts, at 1,000,000 it saved a third.
 constexpr std::size_t far_slots = std::size_t{1} << 18;
 
-// Geoms are brought up to date in blocks of so many: their poses and bounds are asked for while
-// they are listed.
+// Geoms are brought up to date in blocks of so many.
 constexpr std::size_t update_block = prefetch_distance;
 
 // How far ahead a geom is asked for that is only looked at: a look takes a few ns, a line from
@@ -60,8 +55,7 @@ constexpr std::size_t look_distance = 4 * prefetch_distance;
 
 // Cells, and sorting pairs.
 
-// By how much cells may have grown on average, and the nodes above them, which grow alone where
-// each cell is a swarm of its own.
+// By how much cells, and the nodes above them, may have grown on average.
 constexpr double most_growth = 0.4;
 
 // Cells that drift through each other without growing are found out only by cutting anew, after
@@ -71,8 +65,7 @@ constexpr int longest_reuse = 32;
 // Boxes of a region that one thread halves at a time, on average up to so many. A round number.
 constexpr std::size_t region_boxes = 512;
 
-// Regions that boxes are dealt into: so many counters and open cache lines stay within the
-// second-level cache.
+// Regions that boxes are dealt into: their counters stay within the second-level cache.
 constexpr std::size_t most_regions = 2048;
 
 // Boxes that decide on classes: enough to see a kind that is one in a few hundred.
@@ -89,8 +82,7 @@ constexpr std::size_t row_block_words = std::size_t{1} << 16;
 
 // Inner loops.
 
-// Nodes or cells that are gathered before what is in them is read: they stay in the nearest
-// cache.
+// Nodes or cells that are gathered before they are read: they stay in the nearest cache.
 constexpr std::size_t gathered_nodes = 256;
 
 // Cells whose boxes are prefetched before they are packed.

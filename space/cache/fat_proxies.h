@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <vector>
 
 #include "space/base/back_off.h"
 #include "space/base/box_set.h"
@@ -18,11 +16,8 @@ namespace ode_parallel_sap {
 
 // Each box gets a fat one, a box with a margin. While boxes stay in their fat ones, the pairs that
 // overlap are among the candidates, the pairs of fat boxes. A frame tests these and searches
-// nothing. Boxes that leave get other fat ones, whose candidates are found anew.
-//
-// The pairs are those that PairFinder::find finds for the boxes of the frame, and follow from these
-// boxes alone; but with a tolerance all candidates are pairs. While it runs it holds 36 bytes a
-// slot and 8 a candidate.
+// nothing. Boxes that leave get other fat ones, whose candidates are found anew. With a tolerance
+// all candidates are pairs.
 class FatProxies {
  public:
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little

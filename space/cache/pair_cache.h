@@ -1,4 +1,4 @@
-// The pairs of the last frame, made those of this one. Sees ODE's private headers.
+// The pairs of the last frame, made those of this one.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
@@ -19,18 +19,9 @@
 
 namespace ode_parallel_sap {
 
-// A proxy is a box with a margin. While boxes stay in their proxies, the pairs that overlap are
-// among the candidates, the pairs of proxies. Candidates are kept in their order; those of proxies
-// that are out of date are found anew in a tree and merged in. There are three margins:
-//
-// - 0, if at most one geom in changed_share changed. Geoms that changed are out of date, and all
-//   candidates are pairs.
-// - a share of a box's size, if all geoms move by little (FatProxies). Boxes that left their fat
-//   ones are out of date, and candidates whose boxes overlap are pairs.
-// - a share of the user's tolerance, likewise, and all candidates are pairs.
-//
-// Other frames are found anew by a PairFinder. Without a tolerance, the pairs are the same in each
-// way.
+// If at most one geom in changed_share changed, pairs of the others stay, and those of changed
+// geoms are found in a tree and merged in. If all geoms move by little, FatProxies keeps the pairs
+// of larger boxes in the same way. A PairFinder finds all other frames anew.
 class PairCache {
  public:
   // The geom of a slot is new, gone or has moved.
@@ -59,7 +50,6 @@ class PairCache {
   void start(std::size_t slots);
   void stop() { running_ = false; }
 
-  // Margin 0.
   struct Update {
     bool kept = false;                    // boxes and pairs of the last frame serve
     std::size_t changes = 0;              // slots, if so
@@ -80,7 +70,6 @@ class PairCache {
   bool renew(const GeomTree::Geoms& geoms, const Update& update, const GeomUpdate& geom_update,
              int threads, SharedPart<GeomTree>& part, PairList& pairs, dParallelSAPStats& stats);
 
-  // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }
 
   // Pairs are all that overlap and pass the filter, more with a tolerance, and no change is left.

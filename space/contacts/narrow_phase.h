@@ -1,5 +1,4 @@
-// The narrow phase: ODE's colliders on a list of pairs, by a team of threads. Sees ODE's private
-// headers.
+// The narrow phase: ODE's colliders on a list of pairs, by a team of threads.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
@@ -33,10 +32,8 @@ struct ApartBoxes {
 // without CONTACTS_UNIMPORTANT: with it ODE's collider of boxes does not look along all axes. A
 // pose that dCollide would have to bring up to date first leaves its pair untested.
 //
-// What ODE's collider (0.16) decides by its own computations is what counts, not the shapes:
-// `apart` holds what it finds apart whatever the errors of rounding are, its and those made here,
-// in every rounding mode, with denormals flushed or not, and whatever numbers poses, sizes and
-// matrices hold. It takes the rest for one that might touch.
+// What ODE's collider (0.16) computes counts, not the shapes. `apart` are pairs that it finds apart
+// whatever the errors of rounding are, in every floating-point mode and for all numbers.
 ApartBoxes certainlyApart(const dParallelSAPPair* pairs, std::size_t count, std::uint32_t wanted);
 
 // The arguments of dParallelSAPSpaceCollideContacts.
@@ -69,9 +66,7 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
 // There are four passes: all pairs, of which those that are certainly apart are left out
 // (certainlyApart) and light ones collided on the spot; heavy pairs, a few at a time; pairs for
 // threads with a collider of their own; and pairs that only the calling thread may collide
-// (collider_threads.h). Each thread appends contacts to its own storage, which the next frame uses
-// again. A thread begins with its own part of the list: neighbours there share geoms, and their
-// contacts lie side by side for the report.
+// (collider_threads.h). Each thread begins with its own part of the list, whose pairs share geoms.
 class NarrowPhase {
  public:
   // Collides all pairs, by up to `threads` threads, which with `manual_cleanup` leave no data in

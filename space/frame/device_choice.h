@@ -8,15 +8,10 @@
 
 namespace ode_parallel_sap {
 
-// Learns from the frames of one space. A choice is a number of devices; 0 is the processor. A model
-// predicts the time of each choice from boxes and pairs, and frames that ran on it correct the
-// model. Each frame goes to the choice that promises the least. A choice that was never tried, or
-// that lost, gets a trial of a few frames when it promises to be better, at growing intervals.
-//
-// A device's context takes another thread up to a second. So devices are made ready only once the
-// time that they would have saved this space adds up to something.
-//
-// Nothing depends on it but time: all choices give the same pairs in the same order.
+// A choice is a number of devices; 0 is the processor. A model predicts its time from boxes and
+// pairs, and frames that ran on it correct the model. Each frame goes to the choice that promises
+// the least. One that was never tried, or lost, gets a trial of a few frames if it promises to be
+// better, at growing intervals. Devices are made ready once they would have saved enough time.
 class DeviceChoice {
  public:
   static constexpr int most_devices = 16;  // fixed: as many as a machine has; a limit of arrays

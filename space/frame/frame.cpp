@@ -322,15 +322,12 @@ SceneFacts Pipeline::factsOf(const FrameCall& call) {
 
 // `found`: how the pairs were found anew; null if they were kept.
 void Pipeline::learn(const Frame& frame, const Found* found) {
-  const Settings& settings = frame.call.settings;
-  if (found)
-    stages_->policy.learn(frame.plan, factsOf(frame.call), *found, frame.clock.of(Stage::extract));
-  else
-    stages_->cache.fat().noteUnused();
+  if (!found) stages_->cache.fat().noteUnused();
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = stages_->extraction.devices();
   devices.reportLeftOut();
-  const int wanted = stages_->policy.learnMissedDevices(factsOf(frame.call), settings);
+  const int wanted = stages_->policy.learn(frame.plan, factsOf(frame.call), frame.call.settings,
+                                           found, frame.clock.of(Stage::extract));
   if (wanted > 0) devices.prepare(wanted);
 }
 

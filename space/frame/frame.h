@@ -1,5 +1,5 @@
 // dSpaceCollide, dParallelSAPSpaceCollideContacts and dParallelSAPSpaceCollidePairs: a frame and
-// its stages. Sees ODE's private headers.
+// its stages.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,6 @@
 #include "space/frame/statistics.h"
 #include "space/frame/touch_events.h"
 #include "space/geoms/geom_update.h"
-#include "space/geoms/pair_filter.h"
 #include "space/geoms/space_observer.h"
 
 namespace ode_parallel_sap {

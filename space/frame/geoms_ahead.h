@@ -1,4 +1,4 @@
-// Prefetches what near callbacks read of geoms. Sees ODE's private headers.
+// Prefetches what near callbacks read of geoms.
 #pragma once
 
 #include <algorithm>
@@ -24,11 +24,9 @@ inline void prefetchForCallback(const dxGeom* far, const dxGeom* near) {
 }
 
 // Calls call(pair, place, a, b) for all pairs of the scene, in their order. A callback that reads
-// its geoms causes a cache miss a pair, as the later geom may lie anywhere. One that counts or
-// stores pairs does not read them, and prefetching would only slow it down. The time of the first
-// pairs of each stretch, without prefetching, decides. In large scenes where a geom is stands
-// anywhere, too, and the pairs are in the caches of the threads that found them. Once `limit` has
-// become null, as geoms have come or left, pairs whose geoms have left are passed over.
+// its geoms causes a cache miss a pair. Prefetching slows down one that only counts. The time of
+// the first pairs of each stretch decides. In large scenes addresses of geoms are prefetched in any
+// case. Geoms that come or leave make `limit` null: then pairs of geoms that left are skipped.
 template <class Call>
 void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, Call call) {
   constexpr std::ptrdiff_t step = prefetch_distance / 2, stretch_pairs = chunk_pairs;

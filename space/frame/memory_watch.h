@@ -8,10 +8,8 @@
 
 namespace ode_parallel_sap {
 
-// Storage grows with the largest frame and is kept, so that frames of like size allocate nothing.
-// It is given back once many frames in a row have needed less than a quarter of it: a scene that
-// breathes keeps what it has, one that ended does not hold the memory of its best days. Giving back
-// all at once takes longer than a small frame, so each of the next frames gives back a part.
+// Storage is given back once many frames in a row have needed less than a quarter of it. Giving
+// back all at once takes longer than a small frame, so each of the next frames gives back a part.
 class MemoryWatch {
  public:
   static constexpr int none = -1;  // fixed: no part

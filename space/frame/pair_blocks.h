@@ -1,5 +1,4 @@
-// The pairs of a frame, handed out in blocks: dParallelSAPSpaceCollidePairs. Sees ODE's private
-// headers.
+// The pairs of a frame, handed out in blocks: dParallelSAPSpaceCollidePairs.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>

@@ -94,14 +94,11 @@ void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan
   extraction.devices = plan.device_decision.devices;
 }
 
-void Policy::learn(const Plan& plan, const SceneFacts& facts, const Found& found,
-                   double extract_ms) {
-  if (plan.weighs_devices && !facts.last_wide)
-    device_choice_.learn(plan.device_decision, std::min(found.devices, DeviceChoice::most_devices),
-                         facts.slots, found.pairs, extract_ms);
-}
-
-int Policy::learnMissedDevices(const SceneFacts& facts, const Settings& settings) {
+int Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+                  const Found* found, double extract_ms) {
+  if (found && !facts.last_wide)
+    device_choice_.learn(plan.device_decision, std::min(found->devices, DeviceChoice::most_devices),
+                         facts.slots, found->pairs, extract_ms);
   device_choice_.lost(facts.devices.usable);
   return device_choice_.learnMissed(facts.slots, candidatesOf(settings, facts.devices.usable),
                                     facts.devices.ready);

@@ -70,10 +70,10 @@ class Policy {
   // The threads that are worth their start for anything that goes through so many slots.
   static int teamFor(std::size_t slots, const Settings& settings);
 
-  // A frame went by `plan`, and its pairs were found anew.
-  void learn(const Plan& plan, const SceneFacts& facts, const Found& found, double extract_ms);
-  // How many devices should be made ready.
-  int learnMissedDevices(const SceneFacts& facts, const Settings& settings);
+  // A frame weighed devices by `plan`, and `found` its pairs anew; null: it kept them. Returns how
+  // many devices should be made ready.
+  int learn(const Plan& plan, const SceneFacts& facts, const Settings& settings, const Found* found,
+            double extract_ms);
 
  private:
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;

@@ -1,4 +1,4 @@
-// Scenes so small that they need no boxes. Sees ODE's private headers.
+// Scenes so small that they need no boxes.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,6 @@
 #include "space/frame/complaints.h"
 #include "space/frame/statistics.h"
 #include "space/frame/without_memory.h"
-#include "space/geoms/geom_tests.h"
 #include "space/geoms/pack_rules.h"
 #include "space/geoms/scene.h"
 #include "space/geoms/space_observer.h"

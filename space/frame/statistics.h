@@ -13,8 +13,10 @@
 
 namespace ode_parallel_sap {
 
-// As in the statistics.
 enum class Stage { update, extract, filter, events, narrow, report, none };
+constexpr double dParallelSAPStats::*stage_ms[] = {
+    &dParallelSAPStats::update_ms, &dParallelSAPStats::extract_ms, &dParallelSAPStats::filter_ms,
+    &dParallelSAPStats::events_ms, &dParallelSAPStats::narrow_ms,  &dParallelSAPStats::report_ms};
 
 using Clock = std::chrono::steady_clock;
 
@@ -140,12 +142,8 @@ class Statistics {
     last_was_small_ = false;
     *last_ = frame;
     last_->threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
-    last_->update_ms = clock.of(Stage::update);
-    last_->extract_ms = clock.of(Stage::extract);
-    last_->filter_ms = clock.of(Stage::filter);
-    last_->events_ms = clock.of(Stage::events);
-    last_->narrow_ms = clock.of(Stage::narrow);
-    last_->report_ms = clock.of(Stage::report);
+    for (int stage = 0; stage < static_cast<int>(Stage::none); ++stage)
+      (*last_).*stage_ms[stage] = clock.of(static_cast<Stage>(stage));
     last_->total_ms = clock.total();
   }
   // The same of a small frame. Few words are written: more would be a good part of a frame of two

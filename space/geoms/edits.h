@@ -1,7 +1,6 @@
-// What callbacks change in a space while its calls report. Sees ODE's private headers.
+// What callbacks change in a space while its calls report.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
@@ -13,10 +12,9 @@
 
 namespace ode_parallel_sap {
 
-// Calls have numbers that only grow, so nothing is wrong after a longjmp. A geom of the space
-// itself is known by its slot, which no other geom gets while a call runs. A geom of a sub-space is
-// known by the number of the last call that began before it came: from the first change in the
-// sub-space on its geoms are in a table.
+// Calls have numbers that only grow, also after a longjmp. A geom of the space itself is known by
+// its slot, which no other geom gets while a call runs. From the first change in a sub-space on its
+// geoms are in a table, each with the number of the last call that began before it came.
 //
 // Spaces of ours say what comes and leaves. A stock space does not, so its list is compared with
 // the table when a call begins, and before a report of one of its geoms. A geom that left it and

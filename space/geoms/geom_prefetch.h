@@ -1,5 +1,4 @@
-// Geoms lie scattered in memory: what will be read of them is asked for ahead. Sees ODE's private
-// headers.
+// Geoms lie scattered in memory: what will be read of them is asked for ahead.
 #pragma once
 
 #include <cstddef>

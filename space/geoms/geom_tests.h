@@ -1,5 +1,4 @@
 // ODE's tests on a geom. Those on pairs of geoms are in pair_rule.h.
-// Sees ODE's private headers.
 #pragma once
 
 #include <algorithm>

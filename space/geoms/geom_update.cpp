@@ -1,9 +1,6 @@
 #include "space/geoms/geom_update.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
@@ -38,7 +35,7 @@ void prefetchStatus(const dxBody* body) {
 template <class Geoms, class Use>
 void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePart& part) {
   constexpr std::size_t ahead = prefetch_distance / 2;
-  constexpr Slot cached = 2048;  // fixed: geoms that a core has in its caches, 1 MB
+  constexpr Slot cached = 4096;  // fixed: geoms in a second-level cache of 2 MB
   const bool is_large = geoms.count > 0 && geoms.slot(geoms.count - 1) >= cached;
   for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
     const std::size_t end = std::min(begin + update_block, range.end);

@@ -1,8 +1,7 @@
-// The update stage: geoms in, boxes out. Sees ODE's private headers.
+// The update stage: geoms in, boxes out.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "space/base/box_set.h"

@@ -1,6 +1,5 @@
 // Which two geoms are a pair, by pointer: the last word where boxes cannot decide. Kernels and
-// devices test the same on packed bits and bodies (space/base/packed_pair_rule.h). Sees
-// ODE's private headers.
+// devices test the same on packed bits and bodies (space/base/packed_pair_rule.h).
 #pragma once
 
 #include <algorithm>

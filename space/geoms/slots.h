@@ -1,4 +1,4 @@
-// Which geom is in which slot. Sees ODE's private headers.
+// Which geom is in which slot.
 #pragma once
 
 #include <cstddef>

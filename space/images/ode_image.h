@@ -1,5 +1,4 @@
 // A private image of ODE: the program's own libode once more, with caches and tables of its own.
-// Sees ODE's private headers.
 #pragma once
 
 #include <cstddef>
@@ -42,15 +41,12 @@ LoadedLibrary libraryAt(const void* address);
 // | count of dInitODE2, thread-local storage, OPCODE's and OU's handlers | its own, never closed |
 // | random numbers, clocks, tags of worlds | no collider reads them |
 //
-// It shares nothing with the program's ODE but the libraries that both need: it is loaded from a
-// file in memory, in which DT_SYMBOLIC has taken the place of the library's DT_SONAME, so that it
-// finds its own functions and variables first and that nobody who asks for the library by name
-// gets it. (RTLD_DEEPBIND would do that, too, but bind malloc past what a program preloads.)
+// It is loaded from a file in memory, in which DT_SYMBOLIC has taken the place of the library's
+// DT_SONAME. So it finds its own functions and variables first, and nobody gets it by its name.
+// (RTLD_DEEPBIND would bind malloc past what a program preloads.)
 //
-// ODE's collider of heightfields keeps its triangles in the heightfield and its contacts with a
-// plane in the heightfield's data, and puts the other geom, or its body, into the heightfield's
-// frame for a while. Here it does all that to copies, whose storage is reused. None of it is left
-// in the contacts, and the collider reads only what it has written for the same pair.
+// ODE's collider of heightfields writes into the heightfield, its data and the other geom. Here it
+// does that to copies, whose storage is reused. None of it is left in the contacts.
 class OdeImage final : public ThreadCollider {
  public:
   // Loads one, for the life of the process. Null, or why it could not.

@@ -60,8 +60,8 @@ bool removeFromPrinting(const ParallelSAPSpace* space) {
 
 }  // namespace
 
-// A call of the space, by one thread at a time. Only queries of a space in which nothing changes
-// are welcome beside another thread's call: as guests, which change nothing, not even the lock.
+// A call of the space, by one thread at a time. Queries of a space in which nothing changes may run
+// beside another thread's call: as guests, which change nothing, not even the lock.
 class ParallelSAPSpace::Use {
  public:
   enum Of { change, query };
@@ -153,8 +153,7 @@ class ParallelSAPSpace::Call : public Lock, public WorkspaceUse {
 };
 
 // One whose successor is to know that it has ended, should it be left by longjmp. Calls that one
-// function makes, each through its own entry of the library, begin at depths that differ by less
-// than the span; a call within a callback is deeper by more.
+// function makes begin at depths that differ by less than the span.
 class ParallelSAPSpace::SpannedCall : public Call {
  public:
   SpannedCall(ParallelSAPSpace& space, Of of) : Call(space, of, span_ + sizeof span_) {}
@@ -545,15 +544,6 @@ void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   runFrame([&](const FrameCall& frame) { return pipeline_.collidePairs(frame, request); });
-}
-
-bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
-  const PairEvents& events = pipeline_.events();
-  if (o1->parent_space != this || o2->parent_space != this) return false;
-  const std::size_t place = events.placeOf(Slots::slotOf(o1), Slots::slotOf(o2));
-  if (place == events.pairs()) return false;
-  number = events.numbers()[place];
-  return true;
 }
 
 // Has the geom of a query brought up to date by the space that it is in, or is.

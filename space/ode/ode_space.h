@@ -1,4 +1,4 @@
-// The dSpace itself: what ODE sees of it. Sees ODE's private headers.
+// The dSpace itself: what ODE sees of it.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
@@ -22,9 +22,8 @@
 namespace ode_parallel_sap {
 
 // The linked list of the base class holds the geoms in the order of their slots, for ODE's own
-// functions that walk it. Its stock form, dirty geoms first, is needed by the stock spaces'
-// cleanGeoms only: here dirty geoms are found by their flags while the slots are read, and
-// dSpaceCollide2 of two spaces walks in the order of the report.
+// functions that walk it. Dirty geoms are found by their flags, and do not come first as in stock
+// spaces.
 class ParallelSAPSpace : public dxSpace {
  public:
   // IS_SPACE is a range check on the type, so it must be one of ODE's. No function of ODE casts on
@@ -43,10 +42,7 @@ class ParallelSAPSpace : public dxSpace {
   void collidePairs(const PairsRequest& request);
   std::size_t castRays(const RayRequest& request);
   std::size_t findOverlaps(const OverlapRequest& request);
-  // The number of a pair of the last frame; false if it is none.
-  bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
-  // Calls visit(mesh) for all meshes in it, at any depth.
-  // Whether there are stock spaces in it.
+  // Calls visit(mesh) for all meshes in it, at any depth. Whether there are stock spaces in it.
   template <class Visit>
   bool forMeshes(Visit visit) {
     return silent_.forMeshes(slots_.geoms().data(), visit);
@@ -72,12 +68,8 @@ class ParallelSAPSpace : public dxSpace {
 
   void setQueryFilter(const QueryFilter& filter) { query_filter_ = filter; }
 
-  // Which pairs begin and end, if events are on.
-  void turnEvents(int kinds) { pipeline_.turnEvents(kinds); }
-  int eventKinds() const { return pipeline_.eventKinds(); }
-  const PairEvents& events() const { return pipeline_.events(); }
-  const TouchEvents& touches() const { return pipeline_.touches(); }
-  Complaints& complaints() { return pipeline_.complaints(); }
+  // For its events and complaints.
+  Pipeline& pipeline() { return pipeline_; }
 
   // Whether a call of it runs, or was left by longjmp.
   bool isLocked() const { return calls_ > 0; }

@@ -1,4 +1,4 @@
-// Geoms that ODE makes dirty without a word to their space. Sees ODE's private headers.
+// Geoms that ODE makes dirty without a word to their space.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,10 @@ namespace ode_parallel_sap {
 
 class ParallelSAPSpace;
 
-// dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which marks clean geoms only in
-// their spaces, then does nothing for it, nor for the spaces around it. So a space checks the flags
-// of its meshes and of those within sub-spaces, at any depth, before it relies on what it knows of
-// them; and of sub-spaces if there are stock spaces among them. A sub-space of ours has a list of
-// its own, which is made anew only where a geom came to it or left. (Where the program itself
-// cleans or collides a stock sub-space first, ODE erases the trace, and the bounds of that
-// sub-space are stale in any space.)
+// dGeomTriMeshSetData makes a mesh dirty by itself, and no space hears of it. So a space checks the
+// flags of its meshes and of those within sub-spaces, at any depth, and of sub-spaces if there are
+// stock spaces among them. A sub-space of ours has a list of its own, which is made anew only where
+// a geom came to it or left.
 class SilentGeoms {
  public:
   // Makes room for slots below `slots`.

@@ -1,4 +1,4 @@
-// Boxes that cover the motion of the coming step. Sees ODE's private headers.
+// Boxes that cover the motion of the coming step.
 #pragma once
 
 #include <ode/ode.h>
@@ -16,11 +16,9 @@ struct dxSpace;
 namespace ode_parallel_sap {
 
 // Writes swept bounds into the geoms themselves, as their AABBs, before anything else of a frame or
-// query reads these: whatever finds pairs of AABBs then finds those of swept ones, as it is. A
-// geom stays dirty, so that all that is kept learns of it, but its AABB counts as up to date.
-//
-// ODE announces to no space that a body has another speed. So every geom is compared, and made
-// dirty where it moves otherwise than when its AABB was made.
+// query reads these. A geom stays dirty, but its AABB counts as up to date. ODE announces no change
+// of speed, so every geom is compared, and made dirty if it moves otherwise than when its AABB was
+// made.
 class SweptBounds {
  public:
   // How long a step is that boxes cover; 0: they are as geoms lie.

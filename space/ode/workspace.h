@@ -30,12 +30,11 @@ struct Workspace {
   std::size_t bytes() const { return bytesOf(frame, query, rays, overlaps, inner); }
 };
 
-// One call, from its begin to its end. A callback may leave it by longjmp, which runs no
-// destructor. So a call owns nothing and leaves no pointer to its stack in the space: it uses a
-// workspace, and the next call finds out whether that one has ended. A call at the same or a
-// shallower depth of the same stack proves it. A call that is deeper, or on another stack of the
-// thread (a fiber), counts as one within a callback: its pairs are right, but it keeps nothing for
-// the next frame and reports no events.
+// One call. A callback may leave it by longjmp, which runs no destructor. So a call owns nothing:
+// it uses a workspace, and the next call finds out whether that one has ended. A call at the same
+// or a shallower depth of the same stack proves it. A deeper call, or one on another stack of the
+// thread, counts as one within a callback: its pairs are right, but it keeps nothing and reports no
+// events.
 class WorkspaceUse {
  public:
   // `outermost`: of calls that are within no callback; null: it has no workspace. `alone`: all

@@ -1,7 +1,6 @@
 #include "space/pairs/row_table.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"

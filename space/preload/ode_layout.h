@@ -1,6 +1,5 @@
 // Whether the ODE in this process is laid out as the private headers say. The build asks about the
 // ODE that it found (cmake/check_ode.cpp), the preload library about the one that a program brings.
-// Sees ODE's private headers.
 #pragma once
 
 #include <cstring>

@@ -1,5 +1,4 @@
-// Contacts that are found before a program that knows dCollide only asks for them. Sees ODE's
-// private headers.
+// Contacts that are found before a program that knows dCollide only asks for them.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>

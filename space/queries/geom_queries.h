@@ -1,4 +1,4 @@
-// Which geoms of a space another geom's AABB overlaps: dSpaceCollide2. Sees ODE's private headers.
+// Which geoms of a space another geom's AABB overlaps: dSpaceCollide2.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>

@@ -1,11 +1,9 @@
-// The trees over the geoms of a space, which pairs of few geoms, queries and rays walk. Sees ODE's
-// private headers.
+// The trees over the geoms of a space, which pairs of few geoms, queries and rays walk.
 #pragma once
 
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -19,20 +17,15 @@ struct dxGeom;
 
 namespace ode_parallel_sap {
 
-// QueryTrees that are kept where queries come often enough to pay for them: what the AABB of a
-// changed geom meets in a frame is a query, too. Whether there are trees only counts decide, of
-// geoms that changed and of queries, never times.
+// QueryTrees that are kept where queries come often enough to pay for them. The search of a changed
+// geom's pairs is a query, too. Counts of changed geoms and of queries decide, never times.
 //
-// What is kept is valid because the space reports which slots have changed: changed() for every
-// geom that is added, is removed or becomes dirty, reset() where slots are numbered anew. Nothing
-// else changes the AABB of a geom that ODE does not call dirty. Bits, bodies and enabled states
-// change without notice, so they are not kept but read from the geoms that a query finds.
-//
-// A space without queries pays a test of a flag for each call of changed().
+// The space calls changed() for every geom that is added, is removed or becomes dirty, and reset()
+// where slots are numbered anew. Bits, bodies and enabled states change without notice, so they are
+// read from the geoms that a query finds.
 //
 // Where nothing changes, any number of threads may read the tree while one of them, the keeper,
-// calls bringUpToDate() and find(): the tree is not changed while others read it, and they do
-// without it while it is.
+// calls bringUpToDate() and find(). It does not change the tree while others read it.
 class GeomTree {
  public:
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none

@@ -12,10 +12,8 @@
 namespace ode_parallel_sap {
 
 // The boxes are cut into cells by size and place (CellOrder), with a tree of bounds over the cells
-// of each class (CellTrees). A box that moves is written where it is, and the bounds above it grow.
-// One that goes far becomes a stray: it is taken out of its cell and put into a list that every
-// query goes through, sixteen boxes at a time. So a query's cost is about that of the tree as built
-// plus the strays, whose number decides when to build anew.
+// of each class (CellTrees). The bounds above a box that moves grow. A box that goes far becomes a
+// stray, in a list that every query goes through, sixteen boxes at a time.
 template <class Real>
 class QueryTree {
  public:

@@ -1,5 +1,4 @@
-// How far from a ray and a geom's AABB ODE's ray colliders may find a hit. Sees ODE's private
-// headers.
+// How far from a ray and a geom's AABB ODE's ray colliders may find a hit.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Batches of probes against a space: dParallelSAPSpaceOverlaps. Sees ODE's private headers.
+// Batches of probes against a space: dParallelSAPSpaceOverlaps.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>

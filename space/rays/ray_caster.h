@@ -1,5 +1,4 @@
-// Batches of rays against a space: dParallelSAPSpaceRays and dParallelSAPSpaceRayHits. Sees ODE's
-// private headers.
+// Batches of rays against a space: dParallelSAPSpaceRays and dParallelSAPSpaceRayHits.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
@@ -98,15 +97,12 @@ struct RayWay {
 // or of all hits.
 //
 // Where there is a tree, each ray goes in the order of distance through the geoms whose colliders
-// are known to find hits near their boxes only (ray_bounds.h), no farther than its nearest hit so
-// far; of all others it meets those that its own box overlaps, whatever it has hit. Without one it
-// meets geom by geom.
+// find hits near their boxes only (ray_bounds.h), no farther than its nearest hit so far. Of all
+// others it meets those that its own box overlaps. Without a tree it meets geom by geom. The same
+// holds for sub-spaces with nested trees.
 //
-// Likewise it goes through the geoms of a sub-space whose tree is among the nested ones.
-//
-// Rays go to a team's threads. What not every thread may collide waits until all are done: then
-// for threads with an image of ODE, and at last for the calling thread (collider_threads.h). Hits
-// are put in order, so that who found them does not matter.
+// What not every thread may collide waits until all rays are done: for threads with an image of
+// ODE, and at last for the calling thread (collider_threads.h). Hits are sorted.
 std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& request,
                      const RayWay& way, RayLists& lists, NestedTrees nested = {});
 

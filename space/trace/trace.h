@@ -1,5 +1,5 @@
 // Writes what is in a space, frame by frame, to a file that others can replay: README.md of this
-// room. Sees ODE's private headers.
+// room.
 #pragma once
 
 #include <cstdint>

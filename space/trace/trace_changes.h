@@ -1,4 +1,4 @@
-// What changed in a space since the last frame of its trace. Sees ODE's private headers.
+// What changed in a space since the last frame of its trace.
 #pragma once
 
 #include <cstdint>
