@@ -6,13 +6,13 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <functional>
 #include <limits>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -222,9 +222,12 @@ class Outcomes {
                                          {"spread", spread_ / count_ / extent_}};
     if (scene_.rests) all["jitter"] = std::sqrt(square_speed_ / count_) / speed_;
     if (!scene_.control) all["energy"] = gain_ / (mass_ * speed_ * speed_);
+    const std::regex is_word("\\w+");
+    for (const auto& [name, sum] : observed_)
+      if (!std::regex_match(name, is_word) || !all.emplace(name, sum.first / sum.second).second)
+        throw std::invalid_argument("no name of an observation, or another outcome's: " + name);
     std::istringstream ignored(scene_.ignores);
     for (std::string name; std::getline(ignored, name, '+');) all.erase(name);
-    for (const auto& [name, sum] : observed_) all[name] = sum.first / sum.second;
     return all;
   }
 
@@ -274,17 +277,12 @@ class Outcomes {
     return now;
   }
 
-  // An observation's name becomes a column's.
   void observe() {
-    static const std::set<std::string> known = {"", "height", "spread", "jitter", "energy"};
-    const auto is_odd = [](unsigned char c) { return !std::isalnum(c) && c != '_'; };
     if (!scene_.observe) return;
     for (const Observation& seen : scene_.observe()) {
-      const std::string& name = seen.name;
-      if (known.count(name) || std::any_of(name.begin(), name.end(), is_odd) || !(seen.scale > 0))
-        throw std::invalid_argument("no scale above 0, or no name of an observation: " + name);
-      observed_[name].first += seen.value / seen.scale;
-      ++observed_[name].second;
+      if (!(seen.scale > 0)) throw std::invalid_argument("no scale above 0: " + seen.name);
+      observed_[seen.name].first += seen.value / seen.scale;
+      ++observed_[seen.name].second;
     }
   }
 
