@@ -1,8 +1,7 @@
 #ifndef TRADEOFF_HARNESS_H
 #define TRADEOFF_HARNESS_H
 
-// What a program gives to have its own scene studied: README.md, "A scene of your own". All is in
-// headers: it needs ODE, this library, and nothing else.
+// What a program gives to have its own scene studied: README.md, "A scene of your own".
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
@@ -10,7 +9,6 @@
 #include <cstdlib>
 #include <ctime>
 #include <functional>
-#include <limits>
 #include <map>
 #include <regex>
 #include <set>
@@ -34,8 +32,7 @@ struct Scene {
   // part of what is studied.
   std::function<void(dWorldID world, dSpaceID space, unsigned long seed)> build;
 
-  // If there is any: called once it is built, with the time step, for what ODE wants to be told in
-  // terms of it, as the ERP and CFM of springs.
+  // If there is any: called once it is built, with the time step, as for ERP and CFM of springs.
   std::function<void(double dt)> prepare;
   // If there is any: called before each step, to drive motors or push bodies. `time` in seconds.
   std::function<void(double time)> control;
@@ -198,8 +195,7 @@ class Outcomes {
   // Those that forces move and that have a geom, in the order of the space.
   const std::vector<dBodyID>& bodies() const { return bodies_; }
 
-  // To be called after each step, with their number. Throws std::runtime_error where a body is
-  // nowhere.
+  // To be called after each step, with their number; throws where a body is nowhere.
   void add(size_t step, double dt) {
     const State now = state();
     const double time = (double(step) + 0.5) * dt;
@@ -258,7 +254,7 @@ class Outcomes {
 
   State state() const {
     State now;
-    double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
+    double highest = -dInfinity, lowest = dInfinity;
     const double count = double(bodies_.size());
     for (dBodyID body : bodies_) {
       const Vector place = vectorOf(dBodyGetPosition(body));
