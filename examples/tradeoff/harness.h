@@ -1,18 +1,16 @@
 #ifndef TRADEOFF_HARNESS_H
 #define TRADEOFF_HARNESS_H
 
-// What a program gives to have its own scene studied: README.md, "A scene of your own". All is in
-// headers: it needs ODE, this library, and nothing else.
+// What a program gives to have its own scene studied: README.md, "A scene of your own".
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <functional>
-#include <limits>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -34,8 +32,7 @@ struct Scene {
   // part of what is studied.
   std::function<void(dWorldID world, dSpaceID space, unsigned long seed)> build;
 
-  // If there is any: called once it is built, with the time step, for what ODE wants to be told in
-  // terms of it, as the ERP and CFM of springs.
+  // If there is any: called once it is built, with the time step, as for ERP and CFM of springs.
   std::function<void(double dt)> prepare;
   // If there is any: called before each step, to drive motors or push bodies. `time` in seconds.
   std::function<void(double time)> control;
@@ -198,8 +195,7 @@ class Outcomes {
   // Those that forces move and that have a geom, in the order of the space.
   const std::vector<dBodyID>& bodies() const { return bodies_; }
 
-  // To be called after each step, with their number. Throws std::runtime_error where a body is
-  // nowhere.
+  // To be called after each step, with their number; throws where a body is nowhere.
   void add(size_t step, double dt) {
     const State now = state();
     const double time = (double(step) + 0.5) * dt;
@@ -222,9 +218,12 @@ class Outcomes {
                                          {"spread", spread_ / count_ / extent_}};
     if (scene_.rests) all["jitter"] = std::sqrt(square_speed_ / count_) / speed_;
     if (!scene_.control) all["energy"] = gain_ / (mass_ * speed_ * speed_);
+    const std::regex is_word("\\w+");
+    for (const auto& [name, sum] : observed_)
+      if (!std::regex_match(name, is_word) || !all.emplace(name, sum.first / sum.second).second)
+        throw std::invalid_argument("no name of an observation, or another outcome's: " + name);
     std::istringstream ignored(scene_.ignores);
     for (std::string name; std::getline(ignored, name, '+');) all.erase(name);
-    for (const auto& [name, sum] : observed_) all[name] = sum.first / sum.second;
     return all;
   }
 
@@ -255,7 +254,7 @@ class Outcomes {
 
   State state() const {
     State now;
-    double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
+    double highest = -dInfinity, lowest = dInfinity;
     const double count = double(bodies_.size());
     for (dBodyID body : bodies_) {
       const Vector place = vectorOf(dBodyGetPosition(body));
@@ -274,17 +273,12 @@ class Outcomes {
     return now;
   }
 
-  // An observation's name becomes a column's.
   void observe() {
-    static const std::set<std::string> known = {"", "height", "spread", "jitter", "energy"};
-    const auto is_odd = [](unsigned char c) { return !std::isalnum(c) && c != '_'; };
     if (!scene_.observe) return;
     for (const Observation& seen : scene_.observe()) {
-      const std::string& name = seen.name;
-      if (known.count(name) || std::any_of(name.begin(), name.end(), is_odd) || !(seen.scale > 0))
-        throw std::invalid_argument("no scale above 0, or no name of an observation: " + name);
-      observed_[name].first += seen.value / seen.scale;
-      ++observed_[name].second;
+      if (!(seen.scale > 0)) throw std::invalid_argument("no scale above 0: " + seen.name);
+      observed_[seen.name].first += seen.value / seen.scale;
+      ++observed_[seen.name].second;
     }
   }
 

@@ -103,22 +103,20 @@ void testOrderAndSoftness() {
     calls += 'o';
     return std::vector<tradeoff::Observation>{{"cfm", double(dWorldGetCFM(world)), 1}};
   };
-  char program[] = "own", cfm[] = "--cfm", soft[] = "step/mass", dt[] = "--dt", step[] = "0.02";
-  char* arguments[] = {program, cfm, soft, dt, step};
-  Values found = measure(scene, tradeoff::harness::parseSettings(5, arguments));
+  const char* words[] = {"own", "--cfm", "step/mass", "--dt", "0.02"};
+  Values found = measure(scene, tradeoff::harness::parseSettings(5, const_cast<char**>(words)));
   check(calls == "bp 0.020000 co", "built, prepared with the step, driven, observed, once each");
   check(std::fabs(found["outcome_cfm"] - 2e-5) < 1e-8, "CFM is the step by the lightest mass");
 }
 
 void testExitCodes() {
-  char program[] = "own", wrong[] = "--wrong", value[] = "1", asked[] = "--help";
-  const auto ends = [&](std::vector<char*> words, const tradeoff::Scene& scene) {
-    words.insert(words.begin(), program);
-    return tradeoff::run(static_cast<int>(words.size()), words.data(), scene);
+  const auto ends = [](std::vector<const char*> words, const tradeoff::Scene& scene) {
+    words.insert(words.begin(), "own");
+    return tradeoff::run(int(words.size()), const_cast<char**>(words.data()), scene);
   };
   tradeoff::Scene scene = carriedBox();
-  check(ends({asked}, scene) == 0, "help is no error");
-  check(ends({wrong, value}, scene) == 2, "a setting that is none is an error");
+  check(ends({"--help"}, scene) == 0, "help is no error");
+  check(ends({"--wrong", "1"}, scene) == 2, "a setting that is none is an error");
   for (const char* name : {"height", "a-b", ""}) {
     scene.observe = [name] { return std::vector<tradeoff::Observation>{{name, 1, 1}}; };
     check(ends({}, scene) == 2, "an observation's name is a word that no outcome has");

@@ -57,15 +57,13 @@ void buildTower(dWorldID world, dSpaceID space, unsigned long seed) {
 
 // Six links in a row from a post, each on a motor that swings its joint; the last one holds a tool
 // of 1 kg.
-struct Arm {
-  std::vector<dJointID> joints;
-  dBodyID tool;
-  double phase;
-} arm;
+std::vector<dJointID> joints;
+dBodyID tool;
+double phase;
 
 void buildArm(dWorldID world, dSpaceID space, unsigned long seed) {
   constexpr double length = 0.3;
-  arm.phase = Random(seed).uniform(0, 2 * pi);
+  phase = Random(seed).uniform(0, 2 * pi);
   dBodyID last = nullptr;
   for (int i = 0; i < 6; ++i) {
     const dBodyID link = addBox(world, space, {0.28, 0.06, 0.06}, {length * (i + 0.5), 0, 3});
@@ -74,18 +72,18 @@ void buildArm(dWorldID world, dSpaceID space, unsigned long seed) {
     dJointSetHingeAnchor(joint, dReal(length * i), 0, 3);
     dJointSetHingeAxis(joint, 0, 1, 0);
     dJointSetHingeParam(joint, dParamFMax, 10000);
-    arm.joints.push_back(joint);
+    joints.push_back(joint);
     last = link;
   }
-  arm.tool = addBox(world, space, {0.1, 0.1, 0.1}, {6 * length + 0.05, 0, 3});
+  tool = addBox(world, space, {0.1, 0.1, 0.1}, {6 * length + 0.05, 0, 3});
   const dJointID grip = dJointCreateFixed(world, nullptr);
-  dJointAttach(grip, arm.tool, last);
+  dJointAttach(grip, tool, last);
   dJointSetFixed(grip);
 }
 
 void controlArm(double time) {
-  double begun = arm.phase;
-  for (const dJointID joint : arm.joints) {
+  double begun = phase;
+  for (const dJointID joint : joints) {
     const double now = 1.5 * time + begun, wanted = 0.3 * (std::sin(now) - std::sin(begun));
     const double speed = 0.45 * std::cos(now) + 10 * (wanted - double(dJointGetHingeAngle(joint)));
     dJointSetHingeParam(joint, dParamVel, dReal(speed));
@@ -95,7 +93,7 @@ void controlArm(double time) {
 
 // Off by 5 cm is an error of 100 %.
 std::vector<tradeoff::Observation> observeArm() {
-  const Vector place = tradeoff::vectorOf(dBodyGetPosition(arm.tool));
+  const Vector place = tradeoff::vectorOf(dBodyGetPosition(tool));
   return {{"x", place[0], 0.05}, {"z", place[2], 0.05}};
 }
 

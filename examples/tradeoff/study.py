@@ -36,8 +36,7 @@ ITERATIONS = (5, 10, 20, 35, 50, 100)
 # A setting has one of these at most, so that each answer says what makes it.
 KNOBS = dict(contacts=(1, 2, 8), reducer=("deepest", "spread"), sleep=("on",), erp=(0.1, 0.4, 0.8), cfm=(1e-8, 1e-6, "step/mass"))
 WORDS = dict(contacts="at most %s contacts", reducer="the %s contacts", sleep="sleeping %s", erp="ERP %s", cfm="CFM %s")
-# References, each of half the step of the one before; twice the iterations, as halved steps alone would not show that there
-# are too few.
+# References, each of half the step of the one before; twice the iterations, as steps alone would not show that these are too few.
 EXACT = [Setting(0.01 / 2 ** i, contacts=8, solver="step") for i in range(7)]
 ITERATED = [Setting(0.01 / 2 ** i, 100, 8) for i in range(5)]
 TWICE = [reference._replace(iterations=200) for reference in ITERATED]
@@ -53,8 +52,7 @@ def plain(setting):
 
 
 def work_of(setting):
-    """ERP and CFM change no work."""
-    return setting._replace(erp=BASE.erp, cfm=BASE.cfm)
+    return setting._replace(erp=BASE.erp, cfm=BASE.cfm)  # these change no work
 
 
 def name_of(setting):
@@ -123,9 +121,8 @@ class Study:
     def change(self, one, other):
         """How far two references are from each other: on average over the seeds, in which chance cancels, and in single runs."""
         apart = [differences(self.rows[one, seed], self.rows[other, seed]) for seed in SEEDS]
-        if any("failed" in parts for parts in apart):
-            return math.inf, math.inf
-        mean = max((abs(statistics.fmean(parts[name] for parts in apart)) for name in apart[0]), default=0.0)
+        names = {name for parts in apart for name in parts}
+        mean = max((abs(statistics.fmean(parts.get(name, 1.0) for parts in apart)) for name in names), default=0.0)
         return mean, statistics.fmean(max(map(abs, parts.values()), default=0.0) for parts in apart)
 
     # Generators of the runs that are wanted, as lists of settings and seeds.
@@ -230,14 +227,6 @@ class Study:
         def off(setting):
             return statistics.fmean(self.errors(setting, [seed for seed in SEEDS[:3] if (setting, seed) in self.rows], limit))
         return sorted(((self.cost(s), off(s), s) for s in tried if self.cost(s) > 0), key=lambda row: row[:2])
-
-    def front(self):
-        """Of these, the ones that are more exact than all that are cheaper."""
-        rows = []
-        for row in self.trade():
-            if not rows or row[1] < rows[-1][1]:
-                rows.append(row)
-        return rows
 
     def lines(self, title):
         """The answers; limits with the same share a row."""

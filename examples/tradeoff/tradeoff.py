@@ -22,18 +22,14 @@ sys.dont_write_bytecode = True  # this folder is for sources
 
 import study
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-TOP = os.path.dirname(os.path.dirname(HERE))
+TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 POINT = os.path.join(TOP, "build", "release", "examples", "tradeoff", "tradeoff-point")
 SCENES = ("arm", "tower", "heap")
-GO_ON = 75
 CORES = len(os.sched_getaffinity(0))
 ORIGIN = ("cpu", "cores", "commit", "date")
-HEAD = "| scene | within | cheapest setting | ms | error (at most) |"
 
 
 def origin():
-    """Where rows are from."""
     with open("/proc/cpuinfo") as file:
         cpu = re.findall(r"model name\s*: (.*)", file.read()) or ["unknown CPU"]
     describe = "git -C '%s' describe --always --exclude='*' --abbrev=10 --dirty=-changed 2>/dev/null || echo unknown" % TOP
@@ -50,7 +46,6 @@ def parsed(name, text):
 
 class Table:
     """A CSV file that grows by a row at a time."""
-
     def __init__(self, folder):
         os.makedirs(folder, exist_ok=True)
         self.path, self.rows, self.columns, self.origin = os.path.join(folder, "scenes.csv"), [], [], origin()
@@ -124,10 +119,11 @@ def draw(path, title, one):
         return 20 + math.log10(max(off, low)) / math.log10(low) * (high - 60)
     def text(across, down, words, anchor="start", colour="black"):
         return '<text x="%.0f" y="%.0f" text-anchor="%s" fill="%s">%s</text>' % (across, down, anchor, colour, words)
-    parts = [text(left, 14, "%s: error of a run, and milliseconds of processor for a simulated second" % title)]
+    finest = study.name_of(one.references[min(one.references)])
+    parts = [text(left, 14, "%s: error of a run by %s, ms of processor for a simulated second" % (title, finest))]
     for share in (1, *study.LIMITS, 0.001, low):
-        parts.append('<path d="M%d %.0fH%d" stroke="%s"/>' % (left, y(share), wide, "#888" if share in study.LIMITS else "#ddd"))
-        parts.append(text(left - 6, y(share) + 4, "%g %%" % (100 * share), "end"))
+        line = '<path d="M%d %.0fH%d" stroke="%s"/>' % (left, y(share), wide, "#888" if share in study.LIMITS else "#ddd")
+        parts += [line, text(left - 6, y(share) + 4, "%g %%" % (100 * share), "end")]
     parts += [text(x(10 ** power), high - 22, "%g ms" % 10 ** power, "middle") for power in range(first, math.floor(last) + 1)]
     for solver, colour, across in (("quick", "#c60", left), ("step", "#06c", left + 140)):
         dots = "".join("M%.1f %.1fh0" % (x(cost), y(off)) for cost, off, setting in trade if setting.solver == solver)
@@ -135,8 +131,8 @@ def draw(path, title, one):
         parts.append(text(across, high - 5, dict(quick="dWorldQuickStep", step="dWorldStep")[solver], colour=colour))
     for cost, off, setting in trade:
         if setting in named:
-            parts.append('<circle cx="%.1f" cy="%.1f" r="5" fill="none" stroke="black"/>' % (x(cost), y(off)))
-            parts.append(text(x(cost) + 8, y(off) + 4, study.name_of(setting)))
+            parts += ['<circle cx="%.1f" cy="%.1f" r="5" fill="none" stroke="black"/>' % (x(cost), y(off)),
+                      text(x(cost) + 8, y(off) + 4, study.name_of(setting))]
     with open(path, "w") as file:
         file.write('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 %d %d" font-family="sans-serif" font-size="12">'
                    '<rect width="%d" height="%d" fill="white"/>%s</svg>\n' % (wide, high, wide, high, "".join(parts)))
@@ -147,15 +143,14 @@ def parse():
     made.add_argument("--budget", type=float, metavar="SECONDS", help="end after so many seconds (default: when all is said)")
     made.add_argument("--program", metavar="FILE", help="study the scene of this program, made with harness.h")
     made.add_argument("--scene", metavar="NAME", help="only this one of the program's scenes (default program: %s)" % ", ".join(SCENES))
-    made.add_argument("--out", metavar="DIR", help="folder of the results (default: one named by the CPU)")
+    made.add_argument("--out", metavar="DIR", help="folder of the results (default: beside the program)")
     made.add_argument("--write", metavar="FILE", help="put the answers between <!-- tradeoff --> and <!-- end --> there")
     options = made.parse_args()
     if options.program and not os.path.isfile(options.program):
         made.error("--program: there is no file %s" % options.program)
     if not options.program and options.scene not in (None, *SCENES):
         made.error("--scene: one of %s" % ", ".join(SCENES))
-    machine = "%s-%d-cores" % (re.sub(r"[^a-z0-9]+", "-", origin()["cpu"].lower()).strip("-"), CORES)
-    options.out = options.out or (options.program + ".study" if options.program else os.path.join(HERE, "results", machine))
+    options.out = options.out or (options.program or POINT) + ".study"
     return options
 
 
@@ -176,31 +171,26 @@ def main():
         options.budget = 0  # for the other scenes, too
         raise KeyboardInterrupt
     signal.signal(signal.SIGALRM, signal.default_int_handler)
-    for number in signal.SIGINT, signal.SIGTERM:
-        signal.signal(number, stop)
-    code, lines = 0, [HEAD, "| --- | ---: | --- | ---: | ---: |"]
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
+    code, lines = 0, ["| scene | within | cheapest setting | ms | error (at most) |\n| --- | ---: | --- | ---: | ---: |"]
     for at, (title, name, command) in enumerate(scenes):
         one, said = study.Study(), set()
         try:
             if options.budget is not None:  # what is left of it, divided by the scenes that are left
-                left = (options.budget + began - time.monotonic()) / (len(scenes) - at)
-                signal.setitimer(signal.ITIMER_REAL, max(left, 1e-3))
+                left = options.budget + began - time.monotonic()
+                signal.setitimer(signal.ITIMER_REAL, max(left / (len(scenes) - at), 1e-3))
             for _ in conduct(one, name, command, table):
                 new = [line for line in one.lines(title) if line not in said]
                 print("".join("%4.0f s %s\n" % (time.monotonic() - began, line) for line in new), end="", flush=True)
                 said.update(new)
         except KeyboardInterrupt:
-            code = GO_ON
+            code = 75
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
         lines += one.lines(title)
-        if one.front():
+        if one.trade():
             draw(os.path.join(options.out, title.lower() + ".svg"), title, one)
-            finest = study.name_of(one.references[min(one.references)])
-            print("\n| %s, by %s | ms | error |\n| --- | ---: | ---: |" % (title, finest))
-            for cost, off, setting in one.front():
-                print("| %s | %.3g | %s |" % (study.name_of(setting), cost, study.percent(off)))
-            print()
     machines = sorted({"%s, a run a core on %s cores" % (row["cpu"], row["cores"]) for row in table.rows})
     answer = "\n".join([*lines, "", *machines]) + "\n"
     print(answer)
