@@ -88,8 +88,9 @@ struct CellMeeting {
         hits &= lanes;
         return filtered && hits ? hits & passesFilter(bits[near], lane, bits[cell]) : hits;
       };
-      Lanes::fill(2 * groups[near].slot[lane], other + end);
-      end += meetBoxes(groups[near], lane, groups[cell], allowed, own + end);
+      const int hits = meetBoxes(groups[near], lane, groups[cell], allowed, own + end);
+      Lanes::fill(2 * groups[near].slot[lane], hits, other + end);
+      end += hits;
       if (end > most - group_size) end = passOn(end);
     }
     found = end;

@@ -112,11 +112,14 @@ struct RegisterLanes {
       return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) < static_cast<std::int32_t>(value);
     });
   }
-  // Writes the value sixteen times.
-  static void fill(std::uint32_t value, std::uint32_t* to) {
-    using Words = Register<std::uint32_t>;
-    const typename Words::Type words = typename Words::Type{} + value;
-    for (int i = 0; i < 16; i += Words::lanes) memcpy(to + i, &words, sizeof words);
+  // Writes the value `count` times; eight or sixteen words are written.
+  static void fill(std::uint32_t value, int count, std::uint32_t* to) {
+    typedef std::uint32_t Words __attribute__((vector_size(register_bytes < 32 ? 16 : 32)));
+    const Words words = Words{} + value;
+    constexpr int lanes = sizeof words / sizeof value;
+    for (int i = 0; i < 8; i += lanes) memcpy(to + i, &words, sizeof words);
+    if (__builtin_expect(count > 8, false))
+      for (int i = 8; i < 16; i += lanes) memcpy(to + i, &words, sizeof words);
   }
   static unsigned equals(const std::uint64_t* p, std::uint64_t value) {
     return Set::template bits<std::uint64_t>(
