@@ -77,8 +77,8 @@ constexpr double far_longer = 8;
 // Parts that pairs are sorted in: more than one a thread, since they differ in size.
 constexpr int buckets_a_thread = 8;
 
-// Words of rows, 256 kB, that a thread gets at a time. A round number.
-constexpr std::size_t row_block_words = std::size_t{1} << 16;
+// Blocks of pairs, 256 kB, that a thread gets at a time. A round number.
+constexpr std::size_t row_storage_blocks = 512;
 
 // Inner loops.
 

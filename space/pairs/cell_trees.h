@@ -53,7 +53,7 @@ class CellTrees {
   std::size_t cells(std::size_t tree) const {
     return views_[tree].depth ? views_[tree].groups[0] : 0;
   }
-  // A node's bounds and slot are no less than those of all below it.
+  // A node's bounds hold those of all below it.
   void validate() const;
   std::size_t bytes() const { return bytesOf(groups_, filters_, views_); }
 

@@ -3,111 +3,133 @@
 #include <algorithm>
 
 #include "space/base/parallel.h"
+#include "space/base/platform.h"
 #include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-Region clearing("rows: table"), writing("rows: pairs");
+Region writing("rows: pairs");
 
-constexpr std::size_t chunksOf(std::size_t slots) {
-  return (slots + row_chunk - 1) / row_chunk;
-}
+// The first word of a block is where the one before it begins.
+constexpr std::size_t block_words = row_block_bytes / sizeof(std::uint64_t);
+constexpr std::size_t block_pairs_held = block_words - 1;
+
+// Chunks of one frame: so many lines that are written to stay in the cache nearest to a thread.
+constexpr std::size_t most_chunks = 256;
+constexpr int least_chunk_bits = 9;  // fixed: slots of a chunk, enough for one thread
 
 }  // namespace
 
-template <class Real>
-void RowTable<Real>::Space::start(std::size_t slots, Row* table) {
-  this->rows = table;
-  blocks_used = 0;
-  this->next = this->end = nullptr;
-  pair_counts.resizeDiscarding(chunksOf(slots));
-  std::fill(pair_counts.begin(), pair_counts.end(), 0);
-  this->counts = pair_counts.data();
-  const std::size_t words = slots / 64 + 1, marks = words + words / 64 + 1;
-  if (slot_marks.size() < marks) {
-    slot_marks.resizeDiscarding(marks);
-    std::fill(slot_marks.begin(), slot_marks.end(), 0);
+void RowTable::Space::start(std::size_t slots, int bits) {
+  chunk_bits = bits;
+  const std::size_t chunks = (slots >> bits) + 1;
+  ends.resizeDiscarding(chunks);
+  std::fill(ends.begin(), ends.end(), nullptr);
+  block_counts.resizeDiscarding(chunks);
+  std::fill(block_counts.begin(), block_counts.end(), 0);
+  next = ends.data();
+  storage_used = room = 0;
+  const std::size_t mark_words = slots / 64 + 1;
+  slot_marks.growTo(mark_words + mark_words / 64 + 1, 0);
+}
+
+std::uint64_t* RowTable::Space::addBlock(std::size_t chunk) {
+  if (room == 0) {
+    if (storage_used == storage.size()) storage.emplace_back();
+    storage[storage_used].resizeDiscarding(row_storage_blocks * block_words + block_words);
+    ++storage_used;
+    room = row_storage_blocks;
   }
-  this->marks = slot_marks.data();
-  this->marked_words = this->marks + words;
+  // Blocks are taken from the end of the storage, which need not be aligned.
+  std::uint64_t* const storage_end = storage[storage_used - 1].end();
+  std::uint64_t* const end =
+      storage_end - reinterpret_cast<std::uintptr_t>(storage_end) % row_block_bytes / 8;
+  std::uint64_t* const block = end - room-- * block_words;
+  block[0] = reinterpret_cast<std::uintptr_t>(ends[chunk]);
+  ++block_counts[chunk];
+  return block + 1;
 }
 
-template <class Real>
-void RowTable<Real>::Space::growNear(std::size_t cells) {
-  const std::size_t before = this->stride;
-  const std::size_t stride = groupsFor(cells + cells / 2) * group_size;
-  Buffer<Real> bounds;
-  Buffer<std::uint32_t> numbers;
-  bounds.resize(6 * stride);
-  numbers.resize(3 * stride);
-  for (std::size_t i = 0; i < 6 && before; ++i)
-    std::copy_n(near_bounds.data() + i * before, before, bounds.data() + i * stride);
-  for (std::size_t i = 0; i < 2 && before; ++i)
-    std::copy_n(near_numbers.data() + i * before, before, numbers.data() + i * stride);
-  near_bounds.swap(bounds);
-  near_numbers.swap(numbers);
-  this->bounds = near_bounds.data();
-  this->cell = near_numbers.data();
-  this->greatest = this->cell + stride;
-  this->chosen = this->greatest + stride;
-  this->stride = stride;
+std::size_t RowTable::Space::pairsOf(std::size_t chunk) const {
+  if (block_counts[chunk] == 0) return 0;
+  const std::size_t last = reinterpret_cast<std::uintptr_t>(ends[chunk] - 1) % row_block_bytes / 8;
+  return (block_counts[chunk] - 1) * block_pairs_held + last;
 }
 
-template <class Real>
-void RowTable<Real>::Space::growWords(std::size_t words) {
-  scratch.resizeDiscarding(words + words / 2);
-  this->words = scratch.data();
-  this->word_room = scratch.size();
+template <class Use>
+void RowTable::Space::forPairs(std::size_t chunk, Use use) const {
+  for (const std::uint64_t* end = ends[chunk]; end;) {
+    const std::size_t count = reinterpret_cast<std::uintptr_t>(end - 1) % row_block_bytes / 8;
+    const std::uint64_t* const block = end - 1 - count;
+    end = reinterpret_cast<const std::uint64_t*>(block[0]);
+    for (std::size_t i = 0; end && i < block_words; i += 8) prefetch(end - block_words + i);
+    // Pairs side by side often have the same slot, for which a processor would wait.
+    for (std::size_t i = 1; i <= count / 2; ++i) {
+      use(block[i]);
+      use(block[count / 2 + i]);
+    }
+    if (count % 2) use(block[count]);
+  }
 }
 
-// Rows that are there stay where they are.
-template <class Real>
-void RowTable<Real>::Space::growRows(std::size_t words) {
-  if (blocks_used == blocks.size()) blocks.emplace_back();
-  Buffer<std::uint32_t>& block = blocks[blocks_used];
-  block.resizeDiscarding(std::max(words, row_block_words));
-  ++blocks_used;
-  this->next = block.data();
-  this->end = block.end();
-}
-
-template <class Real>
-void RowTable<Real>::start(std::size_t slots, int threads) {
+void RowTable::start(std::size_t slots, int threads) {
+  slots_ = slots;
   while (spaces_.size() < static_cast<std::size_t>(threads))
     spaces_.push_back(std::make_unique<Space>());
-  rows_.resizeDiscarding(slots);
-  for (int thread = 0; thread < threads; ++thread) spaces_[thread]->start(slots, rows_.data());
-  runTeam(clearing, teamFor(slots, grains::sorted_records, threads), [&](int thread, int team) {
-    const Range own = ownPart(slots, thread, team);
-    std::fill(rows_.begin() + own.begin, rows_.begin() + own.end, nullptr);
-  });
+  chunk_bits_ = least_chunk_bits;
+  while (slots >> chunk_bits_ >= most_chunks) ++chunk_bits_;
+  for (int thread = 0; thread < threads; ++thread) spaces_[thread]->start(slots, chunk_bits_);
 }
 
-template <class Real>
-int RowTable<Real>::writePairs(bool exact, int threads, const PairTest* test, PairList& pairs) {
-  const std::size_t slots = rows_.size(), chunks = chunksOf(slots);
+// Returns whether a pair may be borderline.
+bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& space, Pair* begin,
+                          Pair* end) {
+  const std::size_t first = chunk << chunk_bits_;
+  const std::size_t slots = std::min(std::size_t{1} << chunk_bits_, slots_ - first);
+  const auto forPairs = [&](auto use) {
+    for (int thread = 0; thread < threads; ++thread) spaces_[thread]->forPairs(chunk, use);
+  };
+  space.row_ends.resizeDiscarding(slots + 1);
+  std::uint32_t* const ends = space.row_ends.data();  // until rows are filled, where they begin
+  std::fill_n(ends, slots + 1, 0);
+  forPairs([&](std::uint64_t pair) { ++ends[(pair >> 33) - first + 1]; });
+  const std::uint32_t longest = *std::max_element(ends, ends + slots + 1);
+  for (std::size_t i = 0; i < slots; ++i) ends[i + 1] += ends[i];
+  const std::size_t count = end - begin + group_size;
+  space.words.resizeDiscarding(count + longest + group_size);
+  std::uint32_t* const words = space.words.data();
+  forPairs([&](std::uint64_t pair) {
+    words[ends[(pair >> 33) - first]++] = static_cast<std::uint32_t>(pair);
+  });
+  std::uint64_t* const marks = space.slot_marks.data();
+  return kernelSet().writeRows(
+      {words, ends, first, slots, words + count, marks, marks + slots_ / 64 + 1}, exact, begin,
+      end);
+}
+
+int RowTable::writePairs(bool exact, int threads, const PairTest* test, PairList& pairs) {
+  const std::size_t chunks = this->chunks();
   chunk_begin_.resizeDiscarding(chunks + 1);
   std::size_t count = 0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
     chunk_begin_[chunk] = count;
-    for (int thread = 0; thread < threads; ++thread) count += spaces_[thread]->pair_counts[chunk];
+    for (int thread = 0; thread < threads; ++thread) count += spaces_[thread]->pairsOf(chunk);
   }
   chunk_begin_[chunks] = count;
   pairs.clear(1);
   pairs.parts[0].resizeDiscarding(count);
   Pair* const written = pairs.parts[0].data();
   chunks_.resizeDiscarding(chunks);
-  const int team = teamFor(count + slots, grains::sorted_records, threads);
+  const int team = teamFor(count + slots_, grains::sorted_records, threads);
   const int used = runChunks(
       writing, team, chunks, 1,
-      [&](const Range& range, int) {
-        const std::size_t first = range.begin * row_chunk;
-        const std::size_t last = std::min(first + row_chunk, slots);
+      [&](const Range& range, int thread) {
         Pair* const begin = written + chunk_begin_[range.begin];
         Pair* const end = written + chunk_begin_[range.begin + 1];
-        const bool marked = kernelSet().writeRows(rows_.data(), first, last, exact, begin, end);
+        const bool marked =
+            begin < end && writeChunk(range.begin, exact, threads, *spaces_[thread], begin, end);
         const bool is_open = test && (marked || test->everyPair());
         chunks_[range.begin] = {begin, is_open ? test->keep(begin, end) : end, test || !marked};
       },
@@ -115,8 +137,5 @@ int RowTable<Real>::writePairs(bool exact, int threads, const PairTest* test, Pa
   for (const PairList::Run& chunk : chunks_) pairs.add(chunk);
   return used;
 }
-
-template class RowTable<float>;
-template class RowTable<double>;
 
 }  // namespace ode_parallel_sap

@@ -1,4 +1,4 @@
-// The rows of a frame's boxes, found by many threads, and the pairs made of them.
+// The pairs that many threads find, gathered by their earlier slots and put in order.
 #pragma once
 
 #include <cstddef>
@@ -12,43 +12,51 @@
 
 namespace ode_parallel_sap {
 
-// Every row is found by one thread, complete and in order, and stays where that thread put it. So a
-// walk over the slots meets all pairs in the order of the report, whoever found them.
-template <class Real>
+// Threads put pairs into blocks, by chunks of earlier slots. Then the pairs of a chunk become the
+// rows of its slots, which are ordered one by one: the order is the report's, whoever found them.
 class RowTable {
  public:
-  // Makes ready for the rows of a frame.
+  // Makes ready for the pairs of a frame.
   void start(std::size_t slots, int threads);
-  // Where a kernel of that thread puts rows.
-  RowSpace<Real>& space(int thread) { return *spaces_[thread]; }
-  // Leaves the pairs of all rows, which so many threads found and which the test keeps, in the
-  // first part of `pairs`. Returns the number of threads used.
+  // Where a kernel of that thread puts pairs.
+  RowSpace& space(int thread) { return *spaces_[thread]; }
+  // Leaves the pairs that so many threads found and that the test keeps, in order, in the first
+  // part of `pairs`. Returns the number of threads used.
   int writePairs(bool exact, int threads, const PairTest* test, PairList& pairs);
-  std::size_t bytes() const { return bytesOf(rows_, spaces_, chunk_begin_, chunks_); }
+  std::size_t bytes() const { return bytesOf(spaces_, chunk_begin_, chunks_); }
 
  private:
   // A thread's own storage.
-  struct alignas(64) Space final : RowSpace<Real> {
-    void start(std::size_t slots, Row* table);
-    void growNear(std::size_t cells) override;
-    void growWords(std::size_t words) override;
-    void growRows(std::size_t words) override;
+  struct alignas(64) Space final : RowSpace {
+    void start(std::size_t slots, int bits);
+    std::uint64_t* addBlock(std::size_t chunk) override;
+    std::size_t pairsOf(std::size_t chunk) const;
+    template <class Use>
+    void forPairs(std::size_t chunk, Use use) const;
     std::size_t bytes() const {
-      return bytesOf(near_bounds, near_numbers, scratch, blocks, pair_counts, slot_marks);
+      return bytesOf(ends, block_counts, storage, words, row_ends, slot_marks);
     }
 
-    Buffer<Real> near_bounds;
-    Buffer<std::uint32_t> near_numbers, scratch;
-    Buffer<std::uint64_t> pair_counts;
-    std::vector<Buffer<std::uint32_t>> blocks;  // of rows
-    std::size_t blocks_used = 0;
+    Buffer<std::uint64_t*> ends;                 // of pairs, by chunk
+    Buffer<std::uint32_t> block_counts;          // by chunk
+    std::vector<Buffer<std::uint64_t>> storage;  // of blocks
+    std::size_t storage_used = 0, room = 0;      // blocks that the last one used has left
+    // To write the pairs of chunks.
+    Buffer<std::uint32_t> words, row_ends;
     Buffer<std::uint64_t> slot_marks;
   };
 
-  Buffer<Row> rows_;  // by slot
+  bool writeChunk(std::size_t chunk, bool exact, int threads, Space& space, Pair* begin, Pair* end);
+
+  std::size_t chunks() const {
+    return (slots_ + (std::size_t{1} << chunk_bits_) - 1) >> chunk_bits_;
+  }
+
+  std::size_t slots_ = 0;
+  int chunk_bits_ = 0;
   std::vector<std::unique_ptr<Space>> spaces_;
   Buffer<std::size_t> chunk_begin_;
-  Buffer<PairList::Run> chunks_;  // the pairs of row_chunk slots each
+  Buffer<PairList::Run> chunks_;  // their pairs
 };
 
 }  // namespace ode_parallel_sap

@@ -14,14 +14,13 @@ Region sweeping("sweep: tasks");
 
 }  // namespace
 
-// Boxes that meet the most come first.
 template <class Real>
 void Sweep<Real>::planTasks(int threads) {
   tasks_.clear();
   const std::size_t trees = trees_.count();
   const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
   const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_cells);
-  for (std::size_t own = trees; own-- > 0;)
+  for (std::size_t own = 0; own < trees; ++own)
     for (std::size_t begin = 0, cells = trees_.cells(own); begin < cells; begin += task_cells)
       tasks_.push_back({trees_.views(), trees, own, begin, std::min(begin + task_cells, cells)});
 }
@@ -48,7 +47,7 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs, const P
   rows_.start(boxes.size, threads);
   const int used =
       runChunks(sweeping, threads, tasks_.size(), 1, [&](const Range& range, int thread) {
-        kernels<Real>().findRows(tasks_[range.begin], rows_.space(thread));
+        kernels<Real>().findPairs(tasks_[range.begin], rows_.space(thread));
       });
   return std::max(used, rows_.writePairs(boxes.exact, threads, test, pairs));
 }

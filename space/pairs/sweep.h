@@ -42,9 +42,9 @@ class CellCoherence {
 };
 
 // The boxes are sorted once, not along an axis but along a curve through space (CellOrder), and cut
-// into cells of sixteen, with trees of bounds over them (CellTrees). Each box meets the boxes of
-// greater slots in the cells that it overlaps, sixteen at a time. What it finds is its row, which
-// is put in order at once (RowTable). The division into cells is kept from frame to frame while the
+// into cells of sixteen, with trees of bounds over them (CellTrees). Each cell meets the boxes of
+// later cells that overlap its bounds, sixteen tests at a time. Pairs are gathered by their earlier
+// slots and put in order (RowTable). The division into cells is kept from frame to frame while the
 // boxes of a cell stay together (CellCoherence).
 template <class Real>
 class Sweep : public PairFinder {
@@ -67,8 +67,8 @@ class Sweep : public PairFinder {
   CellOrder<Real> order_;
   CellCoherence<Real> cell_coherence_;
   CellTrees<Real> trees_;
-  std::vector<RowSearch<Real>> tasks_;
-  RowTable<Real> rows_;
+  std::vector<PairSearch<Real>> tasks_;
+  RowTable rows_;
 };
 
 }  // namespace ode_parallel_sap

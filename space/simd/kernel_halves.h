@@ -97,14 +97,17 @@ class Halver {
             Register<float>::least(Register<float>::greatest(above, Floats{}), last_step);
       }
     };
-    alignas(64) float step[group_size];
-    std::uint32_t counts[256] = {};
+    alignas(64) float step[group_size] = {};
+    std::uint32_t counts[256];
+    memset(counts, 0, static_cast<std::size_t>(steps) * sizeof *counts);
     for (std::size_t i = 0; i < count; i += group_size) {
       stepsOf(i, step);
-      const std::size_t here = count - i < group_size ? count - i : group_size;
-      for (std::size_t lane = 0; lane < here; ++lane)
+      for (int lane = 0; lane < group_size; ++lane)
         ++counts[static_cast<unsigned char>(static_cast<int>(step[lane]))];
     }
+    // Beyond the last one the rows repeat it.
+    counts[static_cast<unsigned char>(static_cast<int>(step[group_size - 1]))] -=
+        static_cast<std::uint32_t>(roundedToGroup(count) - count);
     std::size_t below_last = 0;
     int last = 0;
     while (below_last + counts[last] <= lower && last + 1 < steps) below_last += counts[last++];
@@ -116,12 +119,10 @@ class Halver {
       unsigned in_last = below(step, static_cast<float>(last + 1)) & used & ~is_low;
       for (; in_last && room; in_last &= in_last - 1, --room) is_low |= in_last & (0u - in_last);
       const unsigned is_high = used & ~is_low;
+      // What is written beyond has been read.
       for (int k = 0; k < 4; ++k) {
-        // What is written beyond has been read.
-        alignas(64) float kept[group_size];
-        memcpy(kept, rows.row[k] + i, sizeof kept);
-        Lanes::compress(kept, is_low, low.row[k] + to_low);
-        Lanes::compress(kept, is_high, rows.row[k] + to_high);
+        Lanes::compress(rows.row[k] + i, is_low, low.row[k] + to_low);
+        Lanes::compress(rows.row[k] + i, is_high, rows.row[k] + to_high);
       }
       to_low += static_cast<std::size_t>(__builtin_popcount(is_low));
       to_high += static_cast<std::size_t>(__builtin_popcount(is_high));

@@ -28,13 +28,6 @@ inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real
   return sixteenOf(boxes).overlapping(box, lane);
 }
 
-template <class Real>
-inline std::uint32_t greatestSlot(const Group<Real>& boxes) {
-  std::uint32_t greatest = boxes.slot[0];
-  for (const std::uint32_t slot : boxes.slot) greatest = slot > greatest ? slot : greatest;
-  return greatest;
-}
-
 // Which of sixteen boxes may meet box `lane` by their bits and bodies.
 inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const GroupFilter& others) {
   const unsigned wanted = Lanes::sharesBits(others.collide, filter.category[lane]) |
@@ -42,16 +35,15 @@ inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const Gro
   return filter.body[lane] ? wanted & ~Lanes::equals(others.body, filter.body[lane]) : wanted;
 }
 
-// Writes twice the slots of those of sixteen boxes that overlap box `lane` of `own`, have greater
-// slots and are in allowed(hits), 1 more where only the exact boxes can tell: a bound is equal to
-// the opposite one. Doubles are the exact bounds. Returns their number; sixteen words are written.
+// Writes twice the slots of those of sixteen boxes that overlap box `lane` of `box` and are in
+// allowed(hits), 1 more where only the exact boxes can tell: a bound is equal to the opposite one.
+// Doubles are the exact bounds. Returns their number; sixteen words are written.
 template <class Real, class Allowed>
-inline int meetLater(const Group<Real>& own, unsigned lane, const Group<Real>& boxes,
+inline int meetBoxes(const Group<Real>& box, unsigned lane, const Group<Real>& boxes,
                      Allowed allowed, std::uint32_t* found) {
   if constexpr (sizeof(Real) == sizeof(float))
-    return Lanes::meetLater(own, lane, boxes, allowed, found);
-  const unsigned hits =
-      allowed(overlaps(own, lane, boxes) & ~Lanes::below(boxes.slot, own.slot[lane] + 1));
+    return Lanes::meetBoxes(box, lane, boxes, allowed, found);
+  const unsigned hits = allowed(overlaps(box, lane, boxes));
   Lanes::compress(boxes.slot, hits, found);
   const int count = __builtin_popcount(hits);
   for (int i = 0; i < count; ++i) found[i] *= 2;

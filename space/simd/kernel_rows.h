@@ -1,5 +1,5 @@
-// The rows of boxes: their partners of greater slots, found, put in order and made pairs. Internal
-// linkage, as in kernels_impl.h.
+// Pairs of boxes, found cell by cell, and the rows that they are put in order by. Internal linkage,
+// as in kernels_impl.h.
 #pragma once
 
 #include <string.h>
@@ -11,204 +11,203 @@
 
 namespace {
 
-// Cells that may meet those below a node, in a thread's space.
+// Cells that may meet those below a node.
 template <class Real>
 struct NearCells {
-  RowSpace<Real>& space;
+  static constexpr std::size_t most = 512, stride = most + group_size;  // fixed: 20 kB of floats
+
+  alignas(64) Real lower[3][stride];
+  alignas(64) Real upper[3][stride];
+  alignas(64) std::uint32_t cell[stride];
+  alignas(64) std::uint32_t chosen[stride];
   std::size_t count = 0;
 
-  // Bounds that Sixteen reads a lane of.
-  struct Bounds {
-    const Real *lower[3], *upper[3];
-  };
-  Bounds bounds() const {
-    const Real* const from = space.bounds;
-    const std::size_t step = space.stride;
-    return {{from, from + step, from + 2 * step},
-            {from + 3 * step, from + 4 * step, from + 5 * step}};
-  }
+  bool isFull() const { return count > most - group_size; }
   // Adds those in `mask` of the sixteen cells that a node has the bounds of.
   void add(const Group<Real>& node, std::uint32_t first_cell, unsigned mask) {
-    if (count + 2 * group_size > space.stride) space.growNear(count + 2 * group_size);
-    Real* const to = space.bounds + count;
     for (int axis = 0; axis < 3; ++axis) {
-      Lanes::compress(node.lower[axis], mask, to + axis * space.stride);
-      Lanes::compress(node.upper[axis], mask, to + (3 + axis) * space.stride);
+      Lanes::compress(node.lower[axis], mask, lower[axis] + count);
+      Lanes::compress(node.upper[axis], mask, upper[axis] + count);
     }
-    Lanes::compress(node.slot, mask, space.greatest + count);
-    Lanes::writeNumbers(first_cell, mask, space.cell + count);
+    Lanes::writeNumbers(first_cell, mask, cell + count);
     count += __builtin_popcount(mask);
   }
-  // Beyond the last one there is room for sixteen, which overlap nothing.
-  void close() {
-    if (count + group_size > space.stride) space.growNear(count + group_size);
+  // Leaves in `chosen` those from cell `first` on that overlap box `lane` of `box`; returns their
+  // number.
+  std::size_t choose(const Group<Real>& box, unsigned lane, std::uint32_t first) {
     for (int i = 0; i < group_size; ++i)
-      space.bounds[count + i] = static_cast<Real>(__builtin_nanf(""));
-    for (int i = 0; i < group_size; ++i) space.greatest[count + i] = 0;
-  }
-  // Leaves in space.chosen the places of those that overlap box `lane` of `box` and have a slot
-  // above `least`; returns their number.
-  std::size_t choose(const Group<Real>& box, unsigned lane, std::uint32_t least) const {
+      lower[0][count + i] = static_cast<Real>(__builtin_nanf(""));
     std::size_t number = 0;
     for (std::size_t at = 0; at < count; at += group_size) {
       const unsigned mask =
-          Sixteen<Real>{space.bounds + at, space.bounds + 3 * space.stride + at, space.stride}
-              .overlapping(box, lane) &
-          ~Lanes::below(space.greatest + at, least + 1);
-      Lanes::writeNumbers(static_cast<std::uint32_t>(at), mask, space.chosen + number);
+          Sixteen<Real>{lower[0] + at, upper[0] + at, stride}.overlapping(box, lane) &
+          ~Lanes::below(cell + at, first);
+      Lanes::compress(cell + at, mask, chosen + number);
       number += __builtin_popcount(mask);
     }
     return number;
   }
 };
 
-// A cell, and `chosen` near ones that it may meet. By value: what is written to rows could, for all
-// that a compiler knows, change what is pointed to.
-template <class Real>
-struct CellAmongNear {
-  const Group<Real>* cells;  // of all trees
-  const GroupFilter* filters;
-  std::size_t cell;
-  typename NearCells<Real>::Bounds bounds;
-  const std::uint32_t *greatest, *number;  // of near cells
-  const std::uint32_t* chosen;
-  std::size_t chosen_count;
+// Cells that meet boxes near them. A processor cannot predict how many boxes one meets, so all that
+// are to be met are listed before one is, and all pairs before one goes to its chunk: it is wrong
+// once for many.
+template <bool filtered, class Real>
+struct CellMeeting {
+  static constexpr std::size_t most = 1024;  // fixed: 12 kB
 
-  const Group<Real>& boxes() const { return cells[cell]; }
-  // For each chosen cell and box in `lanes` that may have pairs in it writes a code: sixteen times
-  // the cell, plus the lane. Returns the number of codes.
-  std::size_t list(unsigned lanes, std::uint32_t* codes) const {
-    const Sixteen<Real> own = sixteenOf(boxes());
-    std::uint32_t* next = codes;
-    for (std::size_t i = 0; i < chosen_count; ++i) {
-      const std::uint32_t place = chosen[i];
-      const unsigned mask =
-          own.overlapping(bounds, place) & lanes & Lanes::below(boxes().slot, greatest[place]);
-      Lanes::writeNumbers(number[place] * group_size, mask, next);
-      next += __builtin_popcount(mask);
-    }
-    return static_cast<std::size_t>(next - codes);
+  const Group<Real>* const cells;  // of all trees
+  const GroupFilter* const filters;
+  RowSpace& space;
+  std::size_t code_count = 0, found = 0;
+  std::uint32_t codes[most + group_size];  // sixteen times the cell, plus the lane
+  // Twice the slots of pairs, of the boxes in codes and those of the cell: 1 more where floats
+  // cannot decide.
+  alignas(64) std::uint32_t other[most + group_size];
+  alignas(64) std::uint32_t own[most + group_size];
+
+  CellMeeting(const Group<Real>* cells, const GroupFilter* filters, RowSpace& space)
+      : cells(cells), filters(filters), space(space) {}
+
+  void list(std::size_t cell, std::size_t near, unsigned mask) {
+    Lanes::writeNumbers(static_cast<std::uint32_t>(near * group_size), mask, codes + code_count);
+    code_count += __builtin_popcount(mask);
+    if (code_count > most - group_size) meet(cell);
   }
-  // Writes the part of a row that comes of a code; returns its length.
-  template <bool filtered>
-  int meet(std::uint32_t code, std::uint32_t* row) const {
-    const unsigned lane = code % group_size;
-    const std::size_t other = code / group_size;
-    const Group<Real>& others = cells[other];
-    const auto allowed = [&](unsigned hits) {
-      if (!filtered || !hits) return hits;
-      return hits & passesFilter(filters[cell], lane, filters[other]);
+  // All that are listed meet the boxes of a cell, its own boxes those of lower lanes. For all that
+  // a compiler knows, words that are written could change any member.
+  void meet(std::size_t cell) {
+    const Group<Real>* const groups = cells;
+    const GroupFilter* const bits = filters;
+    const std::size_t count = code_count;
+    std::size_t end = found;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t near = codes[i] / group_size, lane = codes[i] % group_size;
+      const unsigned lanes = near == cell ? (1u << lane) - 1 : all_lanes;
+      const auto allowed = [=](unsigned hits) {
+        hits &= lanes;
+        return filtered && hits ? hits & passesFilter(bits[near], lane, bits[cell]) : hits;
+      };
+      const int hits = meetBoxes(groups[near], lane, groups[cell], allowed, own + end);
+      Lanes::fill(2 * groups[near].slot[lane], hits, other + end);
+      end += hits;
+      if (end > most - group_size) end = passOn(end);
+    }
+    found = end;
+    code_count = 0;
+  }
+  // Puts so many pairs into the chunks of their earlier slots; returns 0. Pairs side by side often
+  // have the same chunk, for which a processor would wait.
+  std::size_t passOn(std::size_t count) {
+    using Words = Register<std::uint32_t>;
+    for (std::size_t i = 0; i < count; i += Words::lanes) {
+      const Words::Type a = Lanes::load(own + i), b = Lanes::load(other + i);
+      *reinterpret_cast<Words::Type*>(own + i) = Words::least(a, b);
+      *reinterpret_cast<Words::Type*>(other + i) = Words::greatest(a, b) | (a & 1);
+    }
+    const int shift = space.chunk_bits + 1;
+    std::uint64_t** const next = space.next;
+    const auto put = [=](std::size_t i) {
+      const std::size_t chunk = own[i] >> shift;
+      std::uint64_t* to = next[chunk];
+      if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0) to = space.addBlock(chunk);
+      *to = std::uint64_t{own[i]} << 32 | other[i];
+      next[chunk] = to + 1;
     };
-    return meetLater(boxes(), lane, others, allowed, row);
+    const std::size_t half = count / 2;
+    for (std::size_t i = 0; i < half; ++i) {
+      put(i);
+      put(half + i);
+    }
+    if (count % 2) put(count - 1);
+    return 0;
   }
 };
 
-// Puts a row in order where it is to stay.
-template <class Real>
-inline void storeRow(RowSpace<Real>& space, std::uint32_t slot, const std::uint32_t* row,
-                     std::size_t count) {
-  if (count == 0) return;
-  const std::size_t room = count + 1 + group_size;
-  if (static_cast<std::size_t>(space.end - space.next) < room) space.growRows(room);
-  std::uint32_t* const to = space.next;
-  to[0] = static_cast<std::uint32_t>(count);
-  if (count <= group_size)
-    orderFew(row, count, to + 1);
-  else
-    orderMany(row, count, space.marks, space.marked_words, to + 1);
-  space.rows[slot] = to;
-  space.next += count + 1;
-  space.counts[slot / row_chunk] += count;
-}
-
-// The rows of boxes [first, last) of the cell. A processor cannot predict how many cells a box
-// meets, so what is to be met is listed for all boxes before any is, and it is wrong once.
-template <bool filtered, class Real>
-inline void findRowsOf(const CellAmongNear<Real> of, unsigned first, unsigned last,
-                       RowSpace<Real>& space) {
-  const std::size_t stride = (of.chosen_count + 1) * group_size;
-  const std::size_t code_room = of.chosen_count * (last - first) + group_size;
-  const std::size_t room = code_room + (last - first) * stride;
-  if (space.word_room < room) space.growWords(room);
-  std::uint32_t* const codes = space.words;
-  std::uint32_t* row = codes + code_room;
-  std::uint32_t* ends[group_size];
-  for (unsigned lane = first; lane < last; ++lane) ends[lane] = row + (lane - first) * stride;
-  const std::size_t count = of.list((1u << last) - (1u << first), codes);
-  for (std::size_t i = 0; i < count; ++i) {
-    std::uint32_t*& end = ends[codes[i] % group_size];
-    end += of.template meet<filtered>(codes[i], end);
-  }
-  for (unsigned lane = first; lane < last; ++lane, row += stride)
-    storeRow(space, of.boxes().slot[lane], row, static_cast<std::size_t>(ends[lane] - row));
-}
-
 // The trees are walked once for all cells below a node; then each of them chooses among what was
-// found, a box at a time if that is very much.
-template <class Real>
-void findRows(const RowSearch<Real>& search, RowSpace<Real>& space) {
-  constexpr std::size_t most_at_once = 1024;  // fixed: chosen cells, with which rows take 1 MB
+// found.
+template <bool filtered, class Real>
+void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
   const TreeView<Real>& own = search.trees[search.own];
-  const Group<Real>* const all = own.levels[0] - own.first_cell;
-  const GroupFilter* const filters = own.filters ? own.filters - own.first_cell : nullptr;
+  const std::size_t first_cell = own.first_cell;
+  NearCells<Real> near;
+  CellMeeting<filtered, Real> meeting(own.levels[0] - first_cell, own.filters - first_cell, space);
   for (std::size_t begin = search.begin, end; begin < search.end; begin = end) {
     const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
     end = node_end < search.end ? node_end : search.end;
-    // The bounds of all cells below the node.
-    Group<Real> bounds;
-    const Group<Real>& cells = own.levels[1][node];
+    const Group<Real>& bounds = own.levels[1][node];
+    const auto meetNear = [&] {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t cell = first_cell + i;
+        const std::size_t chosen =
+            near.choose(bounds, i % group_size, static_cast<std::uint32_t>(cell));
+        for (std::size_t k = 0; k < chosen; ++k) {
+          const std::size_t other = near.chosen[k];
+          meeting.list(cell, other,
+                       sixteenOf(meeting.cells[other]).overlapping(bounds, i % group_size));
+        }
+        meeting.meet(cell);
+      }
+      near.count = 0;
+    };
+    // Of all cells below the node.
+    Group<Real> all;
     for (int axis = 0; axis < 3; ++axis) {
-      bounds.lower[axis][0] = Lanes::least(cells.lower[axis]);
-      bounds.upper[axis][0] = Lanes::greatest(cells.upper[axis]);
+      all.lower[axis][0] = Lanes::least(bounds.lower[axis]);
+      all.upper[axis][0] = Lanes::greatest(bounds.upper[axis]);
     }
-    NearCells<Real> near = {space};
-    for (std::size_t i = 0; i < search.tree_count; ++i) {
+    for (std::size_t i = search.own; i < search.tree_count; ++i) {
       const TreeView<Real>& tree = search.trees[i];
       if (tree.depth == 0) continue;
-      forOverlappingNodes(tree, bounds, 0, [&](std::uint32_t group, unsigned mask) {
-        near.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
-      });
+      forOverlappingNodes(
+          tree, all, 0, i == search.own ? begin : 0, [&](std::uint32_t group, unsigned mask) {
+            near.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
+            if (near.isFull()) meetNear();
+          });
     }
-    near.close();
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t cell = own.first_cell + i;
-      const Group<Real>& boxes = all[cell];
-      const std::size_t chosen = near.choose(cells, i % group_size, boxes.slot[0]);
-      const CellAmongNear<Real> of = {
-          all, filters, cell, near.bounds(), space.greatest, space.cell, space.chosen, chosen};
-      const unsigned used = static_cast<unsigned>(
-          __builtin_popcount(Lanes::atLeast(boxes.lower[0], static_cast<Real>(-__builtin_inff()))));
-      const unsigned step = chosen <= most_at_once ? group_size : 1;
-      for (unsigned first = 0; first < used; first += step)
-        (filters ? findRowsOf<true, Real>
-                 : findRowsOf<false, Real>)(of, first, first + step < used ? first + step : used,
-                                            space);
-    }
+    meetNear();
   }
+  meeting.passOn(meeting.found);
+}
+
+template <class Real>
+void findPairs(const PairSearch<Real>& search, RowSpace& space) {
+  (search.trees[search.own].filters ? findPairsOf<true, Real> : findPairsOf<false, Real>)(search,
+                                                                                          space);
 }
 
 // Writes registers of pairs. What is beyond a row's end is overwritten by the next row; it may mark
 // rows in vain.
-bool writeRows(const Row* rows, std::size_t begin, std::size_t end, bool exact,
-               std::uint64_t* pairs, std::uint64_t* pairs_end) {
+bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uint64_t* pairs_end) {
   using Pairs = Register<std::uint64_t>::Type;
   constexpr std::size_t lanes = Register<std::uint64_t>::lanes;
   typedef std::uint32_t Words __attribute__((vector_size(sizeof(Pairs) / 2)));
+  const RowChunk rows = chunk;  // what is written could change any other
   const std::uint32_t mark = exact ? 0 : 1;
+  alignas(64) std::uint32_t few[group_size];
   Words any{};
-  for (std::size_t slot = begin; slot < end; ++slot) {
-    if (slot + prefetch_distance < end) prefetch(rows[slot + prefetch_distance]);
-    if (!rows[slot]) continue;
-    const std::uint32_t count = rows[slot][0], *const row = rows[slot] + 1;
-    const std::uint64_t earlier = std::uint64_t{slot} << 32;
-    for (std::uint32_t i = 0; i < count; i += lanes) {
+  const std::uint32_t* row = rows.words;
+  for (std::size_t i = 0; i < rows.slots; ++i) {
+    const std::size_t count = rows.words + rows.ends[i] - row;
+    if (count == 0) continue;
+    std::uint32_t* const to = count <= group_size ? few : rows.longest;
+    if (count <= group_size)
+      orderFew(row, count, to);
+    else
+      orderMany(row, count, rows.marks, rows.marked_words, to);
+    row += count;
+    const std::uint64_t earlier = std::uint64_t{rows.first + i} << 32;
+    for (std::size_t k = 0; k < count; k += lanes) {
       Words words;
-      memcpy(&words, row + i, sizeof words);
+      memcpy(&words, to + k, sizeof words);
       any |= words;  // and of words beyond the row
       const Pairs wide = __builtin_convertvector(words, Pairs);
       const Pairs made = (wide >> 1) | earlier | (wide & mark) << 63;
-      const std::size_t room = static_cast<std::size_t>(pairs_end - (pairs + i));
-      memcpy(pairs + i, &made, room < lanes ? room * sizeof *pairs : sizeof made);
+      const std::size_t room = static_cast<std::size_t>(pairs_end - (pairs + k));
+      if (__builtin_expect(room >= lanes, true))
+        memcpy(pairs + k, &made, sizeof made);
+      else
+        for (std::size_t lane = 0; lane < room; ++lane) pairs[k + lane] = made[lane];
     }
     pairs += count;
   }

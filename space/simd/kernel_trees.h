@@ -8,11 +8,11 @@
 
 namespace {
 
-// Calls visit(node, mask) for the nodes just above the cells of `tree`: `mask` has those of its
-// sixteen cells whose bounds overlap box `lane` of `box`.
+// Calls visit(node, mask) for the nodes just above the cells of `tree`, from that of cell `first`
+// on: `mask` has those of its sixteen cells whose bounds overlap box `lane` of `box`.
 template <class Real, class Visit>
 inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& box, unsigned lane,
-                                Visit visit) {
+                                std::size_t first, Visit visit) {
   struct Node {
     std::uint32_t level, group;
   };
@@ -28,6 +28,8 @@ inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& b
       continue;
     }
     const std::size_t base = std::size_t{node.group} * group_size;
+    const std::size_t from = first >> 4 * (node.level - 1);
+    if (from > base) mask &= from - base < group_size ? ~0u << (from - base) : 0;
     for (; mask; mask &= mask - 1)
       stack[top++] = {node.level - 1, static_cast<std::uint32_t>(base + __builtin_ctz(mask))};
   }
@@ -38,7 +40,7 @@ template <class Real>
 inline std::uint32_t* meetCell(const Group<Real>& box, const Group<Real>& boxes,
                                std::uint32_t* found) {
   const auto all = [](unsigned hits) { return hits; };
-  return found + meetLater(box, 0, boxes, all, found);
+  return found + meetBoxes(box, 0, boxes, all, found);
 }
 
 // Meets many cells at a time, so that a processor need not know what is in one to read the next.
@@ -51,7 +53,7 @@ std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::
     for (std::size_t i = 0; i < count; ++i) next = meetCell(box, tree.levels[0][cells[i]], next);
     count = 0;
   };
-  forOverlappingNodes(tree, box, 0, [&](std::uint32_t node, unsigned mask) {
+  forOverlappingNodes(tree, box, 0, 0, [&](std::uint32_t node, unsigned mask) {
     Lanes::writeNumbers(node * group_size, mask, cells + count);
     count += __builtin_popcount(mask);
     if (count >= gathered_nodes) meet();

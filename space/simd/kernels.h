@@ -21,7 +21,7 @@ template <class Real>
 struct alignas(64) Group {
   Real lower[3][group_size];
   Real upper[3][group_size];
-  std::uint32_t slot[group_size];  // of a cell or node the greatest in it
+  std::uint32_t slot[group_size];  // of boxes only
 };
 
 // What goes with the sixteen boxes of a cell.
@@ -44,45 +44,39 @@ struct TreeView {
   std::uint32_t first_cell;    // its number; 0 where there is one tree only
 };
 
-// Cells whose boxes are to have their rows. The cells of all trees lie one after the other in
-// memory, in their order.
+// Cells of a tree whose boxes are to meet each other, those of later cells, and those of later
+// trees. The cells of all trees lie one after the other in memory, in their order.
 template <class Real>
-struct RowSearch {
+struct PairSearch {
   const TreeView<Real>* trees;
   std::size_t tree_count;
   std::size_t own;         // tree
   std::size_t begin, end;  // cells of it
 };
 
-// The row of a box: the number of boxes with greater slots that it overlaps, then twice their
-// slots, ascending, 1 more where floats cannot decide. All of a box's pairs that are its own to
-// report.
-using Row = const std::uint32_t*;
-constexpr std::size_t row_chunk = 512;  // fixed: slots whose pairs are counted together
-
-// What a thread searches with, and where its rows go. The functions make room for at least so many
-// cells or words, and update what they change. Only what is known of cells is kept then.
-template <class Real>
+// Where a thread puts pairs: those of 2^chunk_bits earlier slots go to blocks of their own. A pair
+// is twice the later slot below twice the earlier one, 1 more where floats cannot decide.
+constexpr std::size_t row_block_bytes = 512;  // fixed: to which blocks are aligned
 struct RowSpace {
-  // Cells that a query meets sixteen at a time: their bounds (lower x, y, z, upper x, y, z,
-  // `stride` apart), their numbers and their greatest slots; and places of some of them.
-  Real* bounds = nullptr;
-  std::uint32_t *cell = nullptr, *greatest = nullptr, *chosen = nullptr;
-  std::size_t stride = 0;
-  std::uint32_t* words = nullptr;
-  std::size_t word_room = 0;
-  std::uint32_t *next = nullptr, *end = nullptr;  // of rows
-  Row* rows = nullptr;                            // by slot
-  std::uint64_t* counts = nullptr;                // pairs, by slot / row_chunk
-  // A bit each slot, and one each word of these; none is set between rows.
-  std::uint64_t *marks = nullptr, *marked_words = nullptr;
-
-  virtual void growNear(std::size_t cells) = 0;
-  virtual void growWords(std::size_t words) = 0;
-  virtual void growRows(std::size_t words) = 0;
+  int chunk_bits = 0;
+  // By chunk, where its next pair goes. A multiple of row_block_bytes: into a new block.
+  std::uint64_t** next = nullptr;
+  // Returns where its first pair goes.
+  virtual std::uint64_t* addBlock(std::size_t chunk) = 0;
 
  protected:
   ~RowSpace() = default;
+};
+
+// The pairs of a chunk: for each slot from `first` on a row of words, in no order, sixteen more
+// words may be read. `longest` has room for the longest row and sixteen words.
+struct RowChunk {
+  const std::uint32_t* words;
+  const std::uint32_t* ends;  // of rows
+  std::size_t first, slots;
+  std::uint32_t* longest;
+  // A bit each slot, and one each word of these; none is set between rows.
+  std::uint64_t *marks, *marked_words;
 };
 
 // Cell i has the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most.
@@ -129,8 +123,8 @@ struct Kernels {
   // [begin, end); places at and beyond `count` children stay empty.
   void (*packBounds)(const Group<Real>* children, std::size_t count, std::size_t begin,
                      std::size_t end, Group<Real>* parents);
-  // Finds the rows of all boxes of some cells, in which slots ascend.
-  void (*findRows)(const RowSearch<Real>& search, RowSpace<Real>& space);
+  // Finds the pairs of some cells, each once.
+  void (*findPairs)(const PairSearch<Real>& search, RowSpace& space);
   // Brute force: writes the places, ascending and counted through all cells, of the boxes behind
   // the one in a place that overlap it. Returns their number; up to sixteen numbers beyond are
   // written.
@@ -171,10 +165,10 @@ struct KernelSet {
   // cell but the last one has sixteen, in the order of `centres`. `room` is aligned.
   void (*cutIntoCells)(const Centre* centres, std::size_t count, float* room, std::uint32_t first,
                        std::uint32_t* order, std::uint32_t* starts);
-  // Writes the pairs of the rows of slots [begin, end), null for none, as they are to be reported;
-  // there is room for no more. Returns whether one may be borderline; not if floats are `exact`.
-  bool (*writeRows)(const Row* rows, std::size_t begin, std::size_t end, bool exact,
-                    std::uint64_t* pairs, std::uint64_t* pairs_end);
+  // Writes the pairs of a chunk as they are to be reported; there is room for no more. Returns
+  // whether one may be borderline; not if floats are `exact`.
+  bool (*writeRows)(const RowChunk& rows, bool exact, std::uint64_t* pairs,
+                    std::uint64_t* pairs_end);
 };
 
 extern const KernelSet kernels_portable;

@@ -25,7 +25,7 @@ struct Lanes : RegisterLanes<Lanes> {
   }
   // As in RegisterLanes.
   template <class BoxGroup, class Allowed>
-  static int meetLater(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
+  static int meetBoxes(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
                        std::uint32_t* row) {
     __m512 gaps[3];
     for (int axis = 0; axis < 3; ++axis)
@@ -37,9 +37,7 @@ struct Lanes : RegisterLanes<Lanes> {
     const __m512i slots = _mm512_load_si512(boxes.slot), twice = _mm512_add_epi32(slots, slots);
     const __m512i words =
         _mm512_mask_or_epi32(twice, _mm512_cmpeq_ps_mask(gap, zero), twice, _mm512_set1_epi32(1));
-    const __mmask16 later =
-        _mm512_cmpgt_epi32_mask(slots, _mm512_set1_epi32(static_cast<int>(own.slot[lane])));
-    const unsigned hits = allowed(_mm512_mask_cmp_ps_mask(later, gap, zero, _CMP_LE_OQ));
+    const unsigned hits = allowed(_mm512_cmp_ps_mask(gap, zero, _CMP_LE_OQ));
     store(words, hits, row);
     return __builtin_popcount(hits);
   }

@@ -104,13 +104,12 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
         parents[parent].upper[axis][lane] =
             child < count ? Lanes::greatest(children[child].upper[axis]) : nan;
       }
-      parents[parent].slot[lane] = child < count ? greatestSlot(children[child]) : 0;
     }
 }
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>,  packBounds<Real>,  findRows<Real>,   testLater<Real>,
+  return {packCells<Real>,  packBounds<Real>,  findPairs<Real>,  testLater<Real>,
           findInTree<Real>, findInCells<Real>, boxesApart<Real>, meetRay<Real>};
 }
 

@@ -58,7 +58,7 @@ inline void pick(const Vector& x, const Vector& y, void* to) {
 template <class Set>
 struct RegisterLanes {
   // Writes the elements of p[0..15] in `mask`, in order. Writes at most 16; how many count is the
-  // number of bits.
+  // number of bits. `out` may be p, or any place before it.
   template <class T>
   static void compress(const T* p, unsigned mask, T* out) {
     for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
@@ -112,18 +112,25 @@ struct RegisterLanes {
       return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) < static_cast<std::int32_t>(value);
     });
   }
+  // Writes the value `count` times; eight or sixteen words are written.
+  static void fill(std::uint32_t value, int count, std::uint32_t* to) {
+    typedef std::uint32_t Words __attribute__((vector_size(register_bytes < 32 ? 16 : 32)));
+    const Words words = Words{} + value;
+    constexpr int lanes = sizeof words / sizeof value;
+    for (int i = 0; i < 8; i += lanes) memcpy(to + i, &words, sizeof words);
+    if (__builtin_expect(count > 8, false))
+      for (int i = 8; i < 16; i += lanes) memcpy(to + i, &words, sizeof words);
+  }
   static unsigned equals(const std::uint64_t* p, std::uint64_t value) {
     return Set::template bits<std::uint64_t>(
         [=](int i) { return Mask<std::uint64_t>(load(p + i) == value); });
   }
   // See kernel_overlaps.h. No difference of bounds is NaN, but for unused places.
   template <class BoxGroup, class Allowed>
-  static int meetLater(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
+  static int meetBoxes(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
                        std::uint32_t* row) {
     using Floats = Register<float>;
-    using Words = Mask<std::uint32_t>;
     using Slots = typename Register<std::uint32_t>::Type;  // unused places may hold anything
-    const Words own_slot = Words{} + static_cast<std::int32_t>(own.slot[lane]);
     alignas(64) std::uint32_t words[16];
     const unsigned hits = allowed(Set::template bits<float>([&](int i) {
       typename Floats::Type gaps[3];
@@ -134,7 +141,7 @@ struct RegisterLanes {
           Floats::greatest(Floats::greatest(gaps[0], gaps[1]), gaps[2]);
       const Slots slots = load(boxes.slot + i);
       *reinterpret_cast<Slots*>(words + i) = slots + slots - reinterpret_cast<Slots>(gap == 0);
-      return reinterpret_cast<Words>(gap <= 0) & (reinterpret_cast<Words>(slots) > own_slot);
+      return reinterpret_cast<Mask<float>>(gap <= 0);
     }));
     Set::compress(words, hits, row);
     return __builtin_popcount(hits);

@@ -40,13 +40,13 @@ std::size_t pairsOf(const BoxSet& boxes, int frames) {
   Buffer<std::uint64_t> workspace;
   sweep.build(boxes, 1, workspace);
   const CellTrees<float>& trees = sweep.trees();
-  RowTable<float> rows;
+  RowTable rows;
   PairList pairs;
   for (int frame = 0; frame < frames; ++frame) {
     rows.start(boxes.size, 1);
     for (std::size_t i = 0; i < trees.count(); ++i)
-      kernels<float>().findRows({trees.views(), trees.count(), i, 0, trees.cells(i)},
-                                rows.space(0));
+      kernels<float>().findPairs({trees.views(), trees.count(), i, 0, trees.cells(i)},
+                                 rows.space(0));
     rows.writePairs(boxes.exact, 1, nullptr, pairs);
   }
   return pairs.size();
