@@ -481,7 +481,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal 
                                                   dContactGeom* contacts, int skip);
 
 /* The statistics of the last collide, not dSpaceCollide2. Times are wall-clock milliseconds, 0 if
- * not taken. */
+ * not taken. Under SetSkipStatic, a static geom is counted as it was when it last moved. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;          /* such collides since the space was created */
   size_t geoms;                       /* geoms in the space */
