@@ -497,7 +497,7 @@ typedef struct dParallelSAPStats {
   int threads;                        /* threads used by the widest stage */
   int devices;                        /* GPUs used */
   double update_ms;                   /* AABBs of the geoms that moved */
-  double synchronise_ms;              /* 0: a stage of version 0.1 */
+  double synchronise_ms;              /* 0: extraction takes planes now */
   double extract_ms;                  /* finding pairs; up to 120 geoms: all before the report */
   double filter_ms;                   /* AABBTest calls, changed rest and bits */
   double narrow_ms;                   /* the contacts of all pairs */
