@@ -26,6 +26,12 @@ bool isTame(dGeomID geom) {
     dGeomCapsuleGetParams(geom, &radius, &length);
     if (radius < dReal(1e-6)) return false;
   }
+  // Two spaces hand over geoms of no size, as in ODE, whose collider of boxes ends the program.
+  dVector3 sides;
+  if (dGeomGetClass(geom) == dBoxClass) {
+    dGeomBoxGetLengths(geom, sides);
+    if (std::find(sides, sides + 3, dReal(0)) != sides + 3) return false;
+  }
   const dReal* const at = dGeomGetPosition(geom);
   return std::all_of(at, at + 3, [](dReal x) { return std::fabs(x) < dReal(1e7); });
 }
