@@ -76,13 +76,6 @@ void populateWithBodies(World& world, std::uint64_t seed) {
 }
 
 // All boxes reach into the planes, so that none is culled.
-void populateWithPlanes(World& world, std::uint64_t seed) {
-  world.addBoxes(denseCube(700, seed));
-  for (int axis = 0; axis < 3; ++axis)
-    world.take(dCreatePlane(world.space(), axis == 0, axis == 1, axis == 2, 1000));
-  dParallelSAPSpaceSetCullPlanes(world.space(), 1);
-}
-
 void populateDensely(World& world, std::uint64_t seed) {
   world.addBoxes(denseCube(700, seed));
 }
@@ -233,9 +226,6 @@ const Work kWorks[] = {
     {"geoms at rest are left out",
      framesOf(dParallelSAPMethodSweep, populateWithBodies, moveAll),
      {"filter: verified pairs"}},
-    {"planes apart",
-     framesOf(dParallelSAPMethodSweep, populateWithPlanes, moveAll),
-     {"planes: geoms"}},
     {"contacts and rays",
      findContactsAndCastRays,
      {"contacts: list of pairs", "contacts: pairs", "contacts: heavy pairs",
