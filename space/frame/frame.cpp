@@ -258,6 +258,7 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.candidates = found.pairs;
 
   if (plan.use_cache) stages_->cache.start(call.slots());
+  frame.clock.pause();  // the choice of devices learns from what this took
   return found;
 }
 
