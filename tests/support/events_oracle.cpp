@@ -78,9 +78,12 @@ std::string Followed::follow(const Events& begun, const Events& ended) {
   for (const Event& event : ended) {
     const auto known = lasting_.find(event.number);
     if (known == lasting_.end()) return "what ended had not begun";
-    if ((event.o1 && number(event.o1) != known->second.first) ||
-        (event.o2 && number(event.o2) != known->second.second))
-      return "what ended were other geoms";
+    const auto& [first, second] = known->second;
+    const auto may_be = [&](std::size_t a, std::size_t b) {
+      return (!event.o1 || number(event.o1) == a) && (!event.o2 || number(event.o2) == b);
+    };
+    // In sub-spaces the two may have changed places meanwhile.
+    if (!may_be(first, second) && !may_be(second, first)) return "what ended were other geoms";
   }
   for (const Event& event : begun)
     if (!lasting_.emplace(event.number, Pair(number(event.o1), number(event.o2))).second)
