@@ -67,7 +67,7 @@ struct PairList {
     return pairs;
   }
   std::size_t bytes() const { return bytesOf(parts, runs); }
-  // Empties `parts` parts for reuse; further ones keep their storage but hold nothing.
+  // Empties `count` parts for reuse; further ones keep their storage but hold nothing.
   void clear(std::size_t count) {
     clearForTeam(parts, count);
     runs.clear();

@@ -26,8 +26,7 @@ struct PairSpan {
 };
 
 // Cuts ascending pairs into spans of `length` to twice as many, or a run's if that is shorter, and
-// the ascending pairs [other, other_end) before keyOf(pair) of the first pair of each but the
-// first. There is one span at least.
+// [other, other_end) before keyOf() of each later span's first pair. One span at least.
 template <class KeyOf>
 void cutBoth(const PairList& pairs, std::size_t length, const Pair* other, const Pair* other_end,
              KeyOf keyOf, std::vector<PairSpan>& spans) {

@@ -73,7 +73,6 @@ class GeomUpdate {
   // The tolerance that boxes() allow: none while a box lies too far out for it.
   dReal tolerance() const { return facts_.beyond_tolerance ? 0 : packer_.rules.tolerance; }
   const SlotState* states() const { return states_.data(); }  // by slot
-  BoxSet& boxes() { return boxes_; }
   const BoxSet& boxes() const { return boxes_; }
   // Boxes, filters and states are those of their geoms, and the facts count the states.
   void validate(dxGeom* const* geoms) const;

@@ -1,6 +1,7 @@
 #include "space/pairs/row_table.h"
 
 #include <algorithm>
+#include <new>
 
 #include "space/base/parallel.h"
 #include "space/base/platform.h"
@@ -12,13 +13,14 @@ namespace {
 
 Region writing("rows: pairs");
 
-// The first word of a block is where the one before it begins.
+// The first word of a block is where the one before it ends.
 constexpr std::size_t block_words = row_block_bytes / sizeof(std::uint64_t);
 constexpr std::size_t block_pairs_held = block_words - 1;
 
 // Chunks of one frame: so many lines that are written to stay in the cache nearest to a thread.
 constexpr std::size_t most_chunks = 256;
 constexpr int least_chunk_bits = 9;  // fixed: slots of a chunk, enough for one thread
+constexpr std::size_t most_row_pairs = ~std::uint32_t{0};  // of a chunk, as rows end at words
 
 }  // namespace
 
@@ -97,6 +99,7 @@ bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& spa
   forPairs([&](std::uint64_t pair) { ++ends[(pair >> 33) - first + 1]; });
   const std::uint32_t longest = *std::max_element(ends, ends + slots + 1);
   for (std::size_t i = 0; i < slots; ++i) ends[i + 1] += ends[i];
+  if (static_cast<std::size_t>(end - begin) > most_row_pairs) throw std::bad_alloc();
   const std::size_t count = end - begin + group_size;
   space.words.resizeDiscarding(count + longest + group_size);
   std::uint32_t* const words = space.words.data();

@@ -41,8 +41,8 @@ class CellCoherence {
   BackOff back_off_{1};                     // trees over cells of no use are built in vain
 };
 
-// The boxes are sorted once, not along an axis but along a curve through space (CellOrder), and cut
-// into cells of sixteen, with trees of bounds over them (CellTrees). Each cell meets the boxes of
+// The boxes are dealt into regions and halved down to cells of sixteen (CellOrder), with trees of
+// bounds over them (CellTrees). Each cell meets the boxes of
 // later cells that overlap its bounds, sixteen tests at a time. Pairs are gathered by their earlier
 // slots and put in order (RowTable). The division into cells is kept from frame to frame while the
 // boxes of a cell stay together (CellCoherence).
