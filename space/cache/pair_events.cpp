@@ -1,6 +1,7 @@
 #include "space/cache/pair_events.h"
 
 #include <algorithm>
+#include <cstring>
 #include <new>
 #include <numeric>
 #include <utility>
@@ -63,6 +64,7 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
   last_slots_ = geoms.size();
   slots_changed_ = false;
   has_events_ = true;
+  is_same_ = false;
   if constexpr (validates) validate();
   return true;
 } catch (const std::bad_alloc&) {
@@ -75,6 +77,7 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
 bool PairEvents::updateSame() {
   if (!has_events_ || slots_changed_) return false;
   freeNumbers();
+  is_same_ = true;
   return true;
 }
 
@@ -148,6 +151,12 @@ std::size_t PairEvents::copyLasting(std::size_t place, std::size_t end, std::siz
   Number* const to = next_.numbers.data() + place;
   const Number* const from = previous_.numbers.data() + previous;
   std::size_t lasting = 0;
+  for (constexpr std::size_t eight = 8; lasting + eight <= most; lasting += eight) {
+    Pair differ = 0;
+    for (std::size_t i = lasting; i < lasting + eight; ++i) differ |= next[i] ^ reported[i];
+    if (differ) break;
+    std::memcpy(to + lasting, from + lasting, eight * sizeof *to);
+  }
   for (; lasting < most && next[lasting] == reported[lasting]; ++lasting)
     to[lasting] = from[lasting];
   return lasting;
@@ -259,6 +268,13 @@ std::size_t PairEvents::placeOf(Slot a, Slot b) const {
   const Pair* const end = begin + pairs();
   const Pair* const found = std::lower_bound(begin, end, pair);
   return found < end && *found == pair ? static_cast<std::size_t>(found - begin) : pairs();
+}
+
+void PairEvents::listPlacesBefore(Buffer<std::size_t>& places) const {
+  for (const Unreported& pair : is_same_ ? resting_ : next_resting_)
+    places[pair.number] = pair.place;
+  const Buffer<Number>& numbers = (is_same_ ? previous_ : next_).numbers;
+  for (std::size_t place = 0; place < numbers.size(); ++place) places[numbers[place]] = place;
 }
 
 void PairEvents::release() {

@@ -41,20 +41,21 @@ class PairNumbers {
     lowest_ = std::min(lowest_, number);
   }
   // Room for touches of all pairs. Throws std::bad_alloc.
-  void reserveTouches() { touches_.growTo(unused_, 0); }
-  // The place of the touch of a pair, and 1 more; 0: it has none.
-  Number& touch(Number number) { return touches_[number]; }
-  bool hasTouch(Number number) const { return number < touches_.size() && touches_[number] != 0; }
+  void reserveTouches() { touches_.growTo(unused_, false); }
+  // Which pairs touch, by number.
+  Buffer<bool>& touches() { return touches_; }
+  const Buffer<bool>& touches() const { return touches_; }
+  bool hasTouch(Number number) const { return number < touches_.size() && touches_[number]; }
   void forgetTouches() { touches_.release(); }
   // Used numbers differ and are not free, and none below the lowest is free.
   void validate(std::vector<Number> used) const;
   std::size_t bytes() const { return bytesOf(given_back_, touches_); }
 
  private:
-  SlotSet given_back_;      // the free ones below unused_
-  Buffer<Number> touches_;  // by number
-  Number lowest_ = 0;       // none below is free
-  Number unused_ = 0;       // from here on none was ever taken
+  SlotSet given_back_;    // the free ones below unused_
+  Buffer<bool> touches_;  // by number
+  Number lowest_ = 0;     // none below is free
+  Number unused_ = 0;     // from here on none was ever taken
 };
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
@@ -95,6 +96,10 @@ class PairEvents {
   const Buffer<Pair>& list() const { return previous_.pairs; }
   // For touches.
   PairNumbers& pool() { return free_; }
+  const PairNumbers& pool() const { return free_; }
+  // Writes the places of the pairs of the frame before the last one by number, and of those that
+  // rested in it the places they had last. `places` has room for all numbers.
+  void listPlacesBefore(Buffer<std::size_t>& places) const;
   // Pairs that ended in earlier frames while their touches lasted. Their numbers are not given
   // back.
   Buffer<Event>& outlived() { return outlived_; }
@@ -162,6 +167,7 @@ class PairEvents {
   void writeEvents(const Buffer<dxGeom*>& geoms);
 
   bool has_events_ = false;  // the last frame
+  bool is_same_ = false;     // as the frame before it, whose list it uses
   NumberedPairs previous_, next_;
   Buffer<Unreported> resting_, next_resting_;  // ascending
   PairNumbers free_;

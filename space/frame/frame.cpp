@@ -300,7 +300,7 @@ void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const Narr
   if (!touches_ || frame.call.scene.nested) return;
   frame.clock.begin(Stage::events);
   if (!events_->hasEvents() || !pairs.isComplete() ||
-      !touches_->update(pairs, found, *events_, frame.plan.rules))
+      !touches_->update(pairs, found, *events_, frame.plan.rules, frame.plan.most_threads))
     complaints_.ofUnreportedEvents();
 }
 

@@ -4,9 +4,14 @@
 #include <new>
 #include <utility>
 
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
+
 namespace ode_parallel_sap {
 
 namespace {
+
+Region noting("touch events: pairs");
 
 std::size_t powerOfTwoFrom(std::size_t least) {
   std::size_t size = 1;
@@ -50,29 +55,23 @@ void TouchEvents::giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all)
 }
 
 bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-                         const PackRules& rules) try {
+                         const PackRules& rules, int threads) try {
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
   chooseBit(geoms);
   takeOutlived(pairs);
   pairs.pool().reserveTouches();
-  before_.resizeDiscarding(pairs.pairs());
   changed_.resizeDiscarding(pairs.pairs());
   listTouches(contacts, found, pairs);
-  noteTouches(contacts, found, pairs);
-  try {
-    if (outlive_) listAgain(geoms, pairs);
-    match(pairs.pool());
-    findEnded(geoms, rules);
-    std::size_t ended = changed_.size() + ended_within_;
-    for (const PairEvents::Event& pair : pairs.ended()) ended += pairs.pool().hasTouch(pair.number);
-    begun_.reserve(changed_.size() + begun_within_);
-    ended_.reserve(ended);
-    pairs.pool().reserve(begun_within_);
-  } catch (const std::bad_alloc&) {
-    for (std::size_t place = 0; place < pairs.pairs(); ++place)
-      pairs.pool().touch(pairs.numbers()[place]) = before_[place];
-    throw;
-  }
+  noteTouches(contacts, found, pairs, threads);
+  if (outlive_) listAgain(geoms, pairs);
+  match();
+  findEnded(geoms, rules);
+  std::size_t ended = changed_.size() + ended_within_;
+  for (const PairEvents::Event& pair : pairs.ended()) ended += pairs.pool().hasTouch(pair.number);
+  begun_.reserve(changed_.size() + begun_within_);
+  ended_.reserve(ended);
+  pairs.pool().reserve(begun_within_);
+  listPlacesBefore(pairs);
   writeOwn(geoms, pairs);
   writeWithin(pairs.pool());
   sortByPlace(begun_);
@@ -98,19 +97,19 @@ void TouchEvents::takeOutlived(PairEvents& pairs) {
   Buffer<PairEvents::Event>& outlived = pairs.outlived();
   within_.reserve(within_.size() + outlived.size());
   for (const PairEvents::Event& pair : outlived) {
-    Number& touch = pairs.pool().touch(pair.number);
-    within_.push_back({pair.o1, pair.o2, touch - 1, pair.number, false, true});
-    touch = 0;
+    within_.push_back({pair.o1, pair.o2, pair.place, pair.number, false, true});
+    pairs.pool().touches()[pair.number] = false;
     outlive_ = true;
   }
   outlived.resizeDiscarding(0);
 }
 
-// Leaves in next_within_ what touches in sub-spaces, in before_ whether own pairs touch, for now.
+// Leaves in next_within_ what touches in sub-spaces, in own_ whether own pairs touch.
 void TouchEvents::listTouches(const ContactPairs& contacts, const NarrowPhase& found,
                               const PairEvents& pairs) {
   next_within_.resizeDiscarding(0);
   if (contacts.isOfScene()) return;
+  own_.resizeDiscarding(pairs.pairs());
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
   const Buffer<dParallelSAPPair>& list = contacts.list();
   const Buffer<std::size_t>& firsts = contacts.firsts();
@@ -120,39 +119,55 @@ void TouchEvents::listTouches(const ContactPairs& contacts, const NarrowPhase& f
     const Pair pair = pairs.list()[place];
     const bool is_own = end == begin + 1 && list[begin].o1 == geoms[earlierOf(pair)] &&
                         list[begin].o2 == geoms[laterOf(pair)];
-    before_[place] = is_own && found.touches(begin);
+    own_[place] = is_own && found.touches(begin);
     for (std::size_t i = is_own ? end : begin; i < end; ++i)
       if (found.touches(i))
         next_within_.push_back({list[i].o1, list[i].o2, place, 0, false, false});
   }
 }
 
-// Of own pairs. Few change, so the loop has no branch.
+// Of own pairs.
 void TouchEvents::noteTouches(const ContactPairs& contacts, const NarrowPhase& found,
-                              PairEvents& pairs) {
+                              PairEvents& pairs, int threads) {
+  const std::size_t count = pairs.pairs();
+  const int team = teamFor(count, grains::passed_pairs, threads);
+  const std::size_t chunk = chunkOf(count, chunk_pairs, team);
+  changed_counts_.resizeDiscarding(count / chunk + 1);
+  runChunks(
+      noting, team, count, chunk,
+      [&](const Range& range, int) {
+        changed_counts_[range.begin / chunk] =
+            contacts.isOfScene()
+                ? noteRange(range, pairs, [&](std::size_t place) { return found.touches(place); })
+                : noteRange(range, pairs, [&](std::size_t place) { return own_[place]; });
+      },
+      team);
+  Number* changed = changed_.data();
+  for (std::size_t begin = 0; begin < count; begin += chunk) {
+    const Number* const own = changed_.data() + begin;
+    changed = std::copy(own, own + changed_counts_[begin / chunk], changed);
+  }
+  changed_.resize(static_cast<std::size_t>(changed - changed_.data()));
+}
+
+// Lists those that change from the begin of the range on. Few do, so the loop has no branch.
+template <class Touches>
+std::size_t TouchEvents::noteRange(const Range& range, PairEvents& pairs, Touches is_touching) {
   const Number* const numbers = pairs.numbers();
-  Number *const touches = &pairs.pool().touch(0), *const before = before_.data(),
-                *const changed = changed_.data();
-  const Number count = static_cast<Number>(pairs.pairs());
-  std::size_t changes = 0;
-  const auto note = [=, &changes](Number place, bool is) {
-    const Number was = touches[numbers[place]];
-    before[place] = was;
-    touches[numbers[place]] = (place + 1) * is;
-    changed[changes] = place;
-    changes += is ^ (was != 0);
-  };
-  if (contacts.isOfScene())
-    for (Number place = 0; place < count; ++place) note(place, found.touches(place));
-  else
-    for (Number place = 0; place < count; ++place) note(place, before[place] != 0);
-  changed_.resize(changes);
+  const bool* const touches = pairs.pool().touches().data();
+  Number* const begin = changed_.data() + range.begin;
+  Number* changed = begin;
+  for (std::size_t place = range.begin; place < range.end; ++place) {
+    *changed = static_cast<Number>(place);
+    changed += is_touching(place) != touches[numbers[place]];
+  }
+  return static_cast<std::size_t>(changed - begin);
 }
 
 // Adds pairs that touch and did not: their touches may have outlived the pairs that they were.
 void TouchEvents::listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
   for (const Number place : changed_) {
-    if (before_[place]) continue;
+    if (pairs.pool().hasTouch(pairs.numbers()[place])) continue;
     const Pair pair = pairs.list()[place];
     next_within_.push_back(
         {geoms[earlierOf(pair)], geoms[laterOf(pair)], place, pairs.numbers()[place], false, true});
@@ -162,9 +177,10 @@ void TouchEvents::listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
 // Finds which touches of next_within_ last: most in the order of the last frame, others by the
 // table. One that the program's callback added twice counts once. A geom without the flag is
 // another one than that of its address in the last frame.
-void TouchEvents::match(PairNumbers& pool) {
+void TouchEvents::match() {
   for (Within& touch : within_) touch.lasts = false;
   table_.resizeDiscarding(0);
+  again_.resizeDiscarding(0);
   begun_within_ = 0;
   const std::size_t last = within_.size();
   std::size_t next = 0, kept = 0;
@@ -187,7 +203,7 @@ void TouchEvents::match(PairNumbers& pool) {
     }
     Within& before = within_[next++];
     if (before.lasts) continue;
-    if (touch.outlives) pool.touch(touch.number) = 0;
+    if (touch.outlives) again_.push_back(static_cast<Number>(touch.place));
     before.lasts = touch.lasts = true;
     touch.number = before.number;
     next_within_[kept++] = touch;
@@ -258,25 +274,40 @@ std::uintptr_t& TouchEvents::leftOf(const dxGeom* geom) {
   }
 }
 
+// Where own pairs were whose touches end while they last.
+void TouchEvents::listPlacesBefore(const PairEvents& pairs) {
+  const Buffer<bool>& touches = pairs.pool().touches();
+  for (const Number place : changed_)
+    if (touches[pairs.numbers()[place]]) {
+      places_before_.resizeDiscarding(touches.size());
+      return pairs.listPlacesBefore(places_before_);
+    }
+}
+
 // There is room for all events and numbers.
 void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
+  Buffer<bool>& touches = pairs.pool().touches();
+  const Number* again = again_.begin();
   for (const Number place : changed_) {
-    const Number number = pairs.numbers()[place], before = before_[place];
-    if (before == 0 && !pairs.pool().hasTouch(number)) continue;  // it outlived its pair
+    if (again < again_.end() && *again == place) {
+      ++again;  // it outlived its pair
+      continue;
+    }
+    const Number number = pairs.numbers()[place];
     dxGeom *const o1 = geoms[earlierOf(pairs.list()[place])],
                   *const o2 = geoms[laterOf(pairs.list()[place])];
-    if (before) {
-      ended_.push_back({o1, o2, before - 1, number});
+    if (touches[number]) {
+      ended_.push_back({o1, o2, places_before_[number], number});
     } else {
       begun_.push_back({o1, o2, place, number});
       note(o1, o2);
     }
+    touches[number] = !touches[number];
   }
   for (const PairEvents::Event& pair : pairs.ended()) {
-    if (!pairs.pool().hasTouch(pair.number)) continue;
-    Number& touch = pairs.pool().touch(pair.number);
-    ended_.push_back({pair.o1, pair.o2, touch - 1, pair.number});
-    touch = 0;
+    if (!touches[pair.number]) continue;
+    ended_.push_back(pair);
+    touches[pair.number] = false;
   }
 }
 
@@ -298,8 +329,11 @@ void TouchEvents::writeWithin(PairNumbers& pool) {
 void TouchEvents::release() {
   begun_.release();
   ended_.release();
-  before_.release();
+  own_.release();
+  again_.release();
+  places_before_.release();
   changed_.release();
+  changed_counts_.release();
   table_.release();
   left_.release();
 }

@@ -9,6 +9,7 @@
 
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
+#include "space/base/parallel.h"
 #include "space/cache/pair_events.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/narrow_phase.h"
@@ -17,8 +18,8 @@
 
 namespace ode_parallel_sap {
 
-// A touch of two geoms of the space itself belongs to their pair: PairNumbers knows its place by
-// the pair's number. Other touches are told apart by their geoms, in a list in the order of the
+// A touch of two geoms of the space itself belongs to their pair: PairNumbers knows it by the
+// pair's number. Other touches are told apart by their geoms, in a list in the order of the
 // last frame: those of geoms in sub-spaces, which have numbers of the same pool of their own and
 // the place of the pair of spaces, and those that outlived their pair, as another collide ended it.
 class TouchEvents {
@@ -28,7 +29,7 @@ class TouchEvents {
   // Compares what the narrow phase found with the touches of the last such frame. `pairs`: those of
   // this frame. False without memory: the touches stay for the next frame.
   bool update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-              const PackRules& rules);
+              const PackRules& rules, int threads);
   // No more frames come.
   void end(PairEvents& pairs);
 
@@ -42,7 +43,8 @@ class TouchEvents {
 
   void release();
   std::size_t bytes() const {
-    return bytesOf(begun_, ended_, changed_, before_, within_, next_within_, table_, left_);
+    return bytesOf(begun_, ended_, changed_, changed_counts_, own_, again_, places_before_, within_,
+                   next_within_, table_, left_);
   }
 
  private:
@@ -66,14 +68,18 @@ class TouchEvents {
   void chooseBit(const Buffer<dxGeom*>& geoms);
   void takeOutlived(PairEvents& pairs);
   void listTouches(const ContactPairs& contacts, const NarrowPhase& found, const PairEvents& pairs);
-  void noteTouches(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs);
+  void noteTouches(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
+                   int threads);
+  template <class Touches>
+  std::size_t noteRange(const Range& range, PairEvents& pairs, Touches is_touching);
   void listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
-  void match(PairNumbers& pool);
+  void match();
   std::uint32_t& entryOf(const dxGeom* o1, const dxGeom* o2);
   void findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules);
   void markPresent(dxGeom* geom);
   std::uintptr_t& leftOf(const dxGeom* geom);
   dxGeom* ifPresent(dxGeom* geom) { return leftOf(geom) & present ? geom : nullptr; }
+  void listPlacesBefore(const PairEvents& pairs);
   void writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
   void writeWithin(PairNumbers& pool);
   void note(dxGeom* o1, dxGeom* o2) {
@@ -83,8 +89,12 @@ class TouchEvents {
   static void giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all);
 
   Buffer<PairEvents::Event> begun_, ended_;
-  // Of the space's own pairs, by place: their touches before; and the places of those that changed.
-  Buffer<Number> before_, changed_;
+  // Places of the space's own pairs: those that change, among them those whose touches outlived
+  // their pairs. By place: which touch, in a frame with sub-spaces.
+  Buffer<Number> changed_, again_;
+  Buffer<bool> own_;
+  Buffer<std::size_t> changed_counts_;   // by chunk
+  Buffer<std::size_t> places_before_;    // by number
   Buffer<Within> within_, next_within_;  // between two updates, next_within_ holds the last ones
   bool outlive_ = false;                 // any of within_
   Buffer<std::uint32_t> table_;          // of touches within, by their geoms

@@ -6,12 +6,14 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "space/preload/stand_ins.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/contact_scene.h"
+#include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
 #include "support/overlap_oracle.h"
@@ -102,6 +104,8 @@ void findContactsAndCastRays(int threads) {
   const std::uint64_t seed = seedOr(92);
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, threads);
+  dParallelSAPSpaceSetEvents(space, dParallelSAPEventTouches);
+  std::set<std::pair<dGeomID, dGeomID>> touches;
   ContactScene scene(space);
   // Light, heavy, on images of ODE.
   scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere, Kind::Torus}, 400, seed);
@@ -114,6 +118,11 @@ void findContactsAndCastRays(int threads) {
     const Contacts got = parallelContacts(space, 8);
     INFO("frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
     REQUIRE(got.size() > 100);
+    for (const Event& event : begunTouchesOf(space)) touches.emplace(event.o1, event.o2);
+    for (const Event& event : endedTouchesOf(space)) touches.erase({event.o1, event.o2});
+    std::set<std::pair<dGeomID, dGeomID>> touching;
+    for (const Contact& contact : got) touching.emplace(contact.o1, contact.o2);
+    REQUIRE(touches == touching);
     REQUIRE(difference(got, serialContacts(space, {8})) == "");
     REQUIRE(wrongRays(space, geoms, raysAt(geoms, 40, random), 4) == "");
   }
@@ -229,7 +238,7 @@ const Work kWorks[] = {
     {"contacts and rays",
      findContactsAndCastRays,
      {"contacts: list of pairs", "contacts: pairs", "contacts: heavy pairs",
-      "contacts: pairs on images", "rays: rays", "rays: geoms on images"}},
+      "contacts: pairs on images", "touch events: pairs", "rays: rays", "rays: geoms on images"}},
     {"probes", findOverlaps, {"overlaps: probes"}},
     {"pairs in blocks", handOutPairs, {"pairs in blocks: blocks", "pair events: comparison"}},
     {"contacts before dCollide is called",
