@@ -77,7 +77,7 @@ TEST_CASE("Meshes are collided by several threads, a space each, as by one after
     std::vector<dGeomID> geoms;
     Rays rays;
     Contacts expected;
-    OwedRays owed;
+    RayAnswers owed;
     std::string wrong;
   };
   const std::vector<Kind> kinds = {Kind::Torus,  Kind::Box,      Kind::CoherentTorus, Kind::Sphere,

@@ -137,7 +137,7 @@ void findOverlaps(int threads) {
   probing.fill({Kind::Box, Kind::Cylinder}, 80, seed + 1);
   Probes probes;
   for (int i = 0; i < 80; ++i) probes.push_back({dSpaceGetGeom(other, i), nullptr, 0});
-  const std::vector<Contacts> owed = owedOverlaps(space, probes, 4);
+  const OverlapAnswers owed = owedOverlaps(space, probes, 4);
   REQUIRE(wrongOverlaps(space, probes, 4, owed) == "");
 }
 

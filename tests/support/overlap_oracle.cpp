@@ -1,31 +1,14 @@
 #include "overlap_oracle.h"
 
-#include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "recorder.h"
 
 namespace sap_test {
-namespace {
 
-std::size_t geomsOf(const Contacts& contacts) {
-  std::size_t geoms = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    geoms += i == 0 || contacts[i].o2 != contacts[i - 1].o2;
-  return geoms;
-}
-
-std::size_t collideAll(dSpaceID space, Probes& probes, int flags, void* data,
-                       dParallelSAPOverlapCallback* callback) {
-  for (dParallelSAPProbe& probe : probes) probe.touched = 77;
-  return dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], flags,
-                                   data, callback);
-}
-
-}  // namespace
-
-std::vector<Contacts> owedOverlaps(dSpaceID space, const Probes& probes, int flags,
-                                   const Filter& filter) {
-  std::vector<Contacts> owed;
+OverlapAnswers owedOverlaps(dSpaceID space, const Probes& probes, int flags, const Filter& filter) {
+  OverlapAnswers owed;
   struct Asked {
     dBodyID ignore;
     int flags;
@@ -33,7 +16,7 @@ std::vector<Contacts> owedOverlaps(dSpaceID space, const Probes& probes, int fla
     std::size_t probe;
   };
   for (const dParallelSAPProbe& probe : probes) {
-    Asked asked = {probe.ignore, flags & 0xffff ? flags : flags | 1, filter, owed.size()};
+    Asked asked = {probe.ignore, flags & 0xffff ? flags : flags | 1, filter, owed.contacts.size()};
     SerialLoop loop;
     loop.data = &asked;
     loop.flags_of = [](void* data, dGeomID, dGeomID geom) {
@@ -42,48 +25,123 @@ std::vector<Contacts> owedOverlaps(dSpaceID space, const Probes& probes, int fla
       return of.ignore && dGeomGetBody(geom) == of.ignore ? 0 : of.flags;
     };
     dSpaceCollide2(probe.geom, asGeom(space), &loop, SerialLoop::collide);
-    owed.push_back(loop.contacts);
+    const Contacts& contacts = loop.contacts;
+    std::size_t geoms = 0;
+    for (std::size_t i = 0; i < contacts.size(); ++i)
+      geoms += i == 0 || contacts[i].o2 != contacts[i - 1].o2;
+    owed.contacts.push_back(contacts);
+    owed.touched.push_back(geoms);
+    owed.any.push_back(geoms > 0);
   }
+  owed.counted = owed.touched;
   return owed;
 }
 
+std::string difference(const OverlapAnswers& got, const OverlapAnswers& owed) {
+  if (got.contacts.size() != owed.contacts.size())
+    return "another number of geoms returned, or not in the order of the probes";
+  for (std::size_t i = 0; i < owed.contacts.size(); ++i) {
+    const std::string contacts = difference(got.contacts[i], owed.contacts[i]);
+    if (contacts != "") return "probe " + std::to_string(i) + ": " + contacts;
+  }
+  return got.touched != owed.touched   ? "another number of geoms"
+         : got.counted != owed.counted ? "another number counted"
+         : got.any != owed.any         ? "another yes or no"
+                                       : "";
+}
+
 std::string wrongOverlaps(dSpaceID space, const Probes& probes, int flags,
-                          const std::vector<Contacts>& owed) {
+                          const OverlapAnswers& owed) {
+  Random none(0);
+  ProbeBatch batch(0, none);
+  batch.probes = probes;
+  return difference(batch.ask(space, flags), owed);
+}
+
+ProbeBatch::ProbeBatch(std::size_t n, Random& of) : random(of) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const dSpaceID space = random.chance(0.5) ? dSpaceID(other) : nullptr;
+    const std::size_t kind = random.below(4);  // convexes may not meet all meshes of the scenes
+    probes.push_back({kind == 0   ? dCreateSphere(space, 1)
+                      : kind == 1 ? dCreateBox(space, 1, 2, dReal(0.5))
+                      : kind == 2 ? dCreateCapsule(space, dReal(0.4), 1)
+                                  : dCreateCylinder(space, dReal(0.4), 1),
+                      nullptr, 0});
+  }
+  own_ = probes;
+}
+
+ProbeBatch::~ProbeBatch() {
+  for (const dParallelSAPProbe& probe : own_) dGeomDestroy(probe.geom);
+}
+
+void ProbeBatch::moveTo(const std::vector<dGeomID>& geoms) {
+  for (dParallelSAPProbe& probe : own_) {
+    const dGeomID at = geoms[random.below(geoms.size())];
+    dReal bounds[6], place[3];
+    dGeomGetAABB(at, bounds);
+    for (int axis = 0; axis < 3; ++axis) {
+      place[axis] = bounds[2 * axis] + (bounds[2 * axis + 1] - bounds[2 * axis]) *
+                                           static_cast<dReal>(random.between(-0.2, 1.2));
+      if (!std::isfinite(place[axis])) place[axis] = static_cast<dReal>(random.gauss());
+    }
+    dGeomSetPosition(probe.geom, place[0], place[1], place[2]);
+    dMatrix3 turned;
+    dRFromEulerAngles(turned, static_cast<dReal>(random.gauss()), 1, place[0]);
+    dGeomSetRotation(probe.geom, turned);
+    probe.ignore = random.chance(0.3) ? dGeomGetBody(at) : nullptr;
+    if (random.chance(0.1)) dGeomSetCategoryBits(probe.geom, random.below(16));
+    if (random.chance(0.1)) dGeomSetCollideBits(probe.geom, random.below(16));
+    if (random.chance(0.1)) dGeomDisable(probe.geom);
+  }
+  probes = own_;
+}
+
+OverlapAnswers ProbeBatch::ask(dSpaceID space, int flags,
+                               const std::function<void()>& before) const {
   struct Told {
     Probes probes;
     std::vector<Contacts> contacts;
     std::size_t last = 0;
-    bool in_order = true;
-  } told;
-  told.probes = probes;
-  told.contacts.resize(probes.size());
-  std::size_t sum = 0;
-  for (const Contacts& each : owed) sum += geomsOf(each);
-  const auto tell = [](void* data, std::size_t probe, dGeomID geom, const dContactGeom* contacts,
-                       int count) {
-    Told& all = *static_cast<Told*>(data);
-    all.in_order = all.in_order && probe >= all.last && count > 0;
-    all.last = probe;
-    recordContacts(&all.contacts.at(probe), all.probes[probe].geom, geom, contacts, count);
+    bool right = true;
+  } told = {probes, std::vector<Contacts>(probes.size())};
+  const auto call = [&](int more, dParallelSAPOverlapCallback* callback) {
+    if (before) before();
+    for (dParallelSAPProbe& probe : told.probes) probe.touched = 77;
+    const std::size_t sum = dParallelSAPSpaceOverlaps(
+        space, told.probes.data(), probes.size(), sizeof probes[0], flags | more, &told, callback);
+    std::vector<std::size_t> touched;
+    for (const dParallelSAPProbe& probe : told.probes) touched.push_back(probe.touched);
+    told.right =
+        told.right && sum == std::accumulate(touched.begin(), touched.end(), std::size_t{0});
+    return touched;
   };
-  Probes counted = probes, said = probes;
-  const std::size_t touching = static_cast<std::size_t>(
-      std::count_if(owed.begin(), owed.end(), [](const Contacts& each) { return !each.empty(); }));
-  if (collideAll(space, told.probes, flags, &told, tell) != sum) return "another number of all";
-  if (collideAll(space, counted, flags, nullptr, nullptr) != sum) return "another number counted";
-  if (collideAll(space, said, flags | dParallelSAPOverlapAny, nullptr, nullptr) != touching)
-    return "another number of probes that touch";
-  if (!told.in_order) return "not in the order of the probes";
-  for (std::size_t i = 0; i < probes.size(); ++i) {
-    const std::string name = "probe " + std::to_string(i) + ": ";
-    const std::string contacts = difference(told.contacts[i], owed[i]);
-    if (contacts != "") return name + contacts;
-    const std::size_t geoms = geomsOf(owed[i]);
-    if (told.probes[i].touched != geoms || counted[i].touched != geoms)
-      return name + "another number of geoms";
-    if (said[i].touched != (geoms > 0)) return name + "another yes or no";
-  }
-  return "";
+  OverlapAnswers answers;
+  answers.touched = call(
+      0, [](void* data, std::size_t probe, dGeomID geom, const dContactGeom* contacts, int count) {
+        Told& all = *static_cast<Told*>(data);
+        all.right = all.right && probe >= all.last && count > 0;
+        all.last = probe;
+        recordContacts(&all.contacts.at(probe), all.probes[probe].geom, geom, contacts, count);
+      });
+  answers.counted = call(0, nullptr);
+  answers.any = call(dParallelSAPOverlapAny, nullptr);
+  if (told.right) answers.contacts = told.contacts;
+  return answers;
+}
+
+std::size_t ProbeBatch::meeting(const OverlapAnswers& answers) {
+  return std::accumulate(answers.any.begin(), answers.any.end(), std::size_t{0});
+}
+
+void ProbeBatch::report(dSpaceID space, int flags,
+                        const std::function<void(dGeomID)>& callback) const {
+  std::function<void(dGeomID)> call = callback;
+  Probes asked = probes;
+  dParallelSAPSpaceOverlaps(space, asked.data(), asked.size(), sizeof asked[0], flags, &call,
+                            [](void* data, std::size_t, dGeomID geom, const dContactGeom*, int) {
+                              (*static_cast<std::function<void(dGeomID)>*>(data))(geom);
+                            });
 }
 
 }  // namespace sap_test

@@ -88,6 +88,37 @@ bool isRay(const dParallelSAPRay& ray) {
   return finite && directed && ray.length >= 0;
 }
 
+// All hits of each ray, or the nearest of each geom, the nearest first.
+std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, const Rays& rays,
+                                  int flags, bool nearest, const Filter& filter) {
+  std::vector<RayHits> all;
+  const dGeomID ray = dCreateRay(nullptr, 1);
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // the one that forks have, too
+  dGeomRaySetParams(ray, (flags & dParallelSAPRayFirstContact) != 0,
+                    (flags & dParallelSAPRayBackfaceCull) != 0);
+#pragma GCC diagnostic pop
+  for (const dParallelSAPRay& asked : rays) {
+    const auto passes = [&, i = all.size()](dGeomID geom) {
+      return (asked.ignore && dGeomGetBody(geom) == asked.ignore) || (filter && !filter(i, geom));
+    };
+    all.emplace_back();
+    if (!isRay(asked)) continue;
+    dGeomRaySet(ray, asked.origin[0], asked.origin[1], asked.origin[2], asked.direction[0],
+                asked.direction[1], asked.direction[2]);
+    dGeomRaySetLength(ray, asked.length);
+    const bool all_bits = asked.category_bits == 0 && asked.collide_bits == 0;
+    dGeomSetCategoryBits(ray, all_bits ? ~0ul : asked.category_bits);
+    dGeomSetCollideBits(ray, all_bits ? ~0ul : asked.collide_bits);
+    if (!takesPart(ray)) continue;
+    for (const dGeomID geom : in_add_order)
+      collectHits(ray, geom, flags, nearest, passes, all.back());
+    std::stable_sort(all.back().begin(), all.back().end(), isNearer);
+  }
+  dGeomDestroy(ray);
+  return all;
+}
+
 }  // namespace
 
 bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
@@ -143,36 +174,6 @@ Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random) {
   return rays;
 }
 
-std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, const Rays& rays,
-                                  int flags, bool nearest, const Filter& filter) {
-  std::vector<RayHits> all;
-  const dGeomID ray = dCreateRay(nullptr, 1);
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // the one that forks have, too
-  dGeomRaySetParams(ray, (flags & dParallelSAPRayFirstContact) != 0,
-                    (flags & dParallelSAPRayBackfaceCull) != 0);
-#pragma GCC diagnostic pop
-  for (const dParallelSAPRay& asked : rays) {
-    const auto passes = [&, i = all.size()](dGeomID geom) {
-      return (asked.ignore && dGeomGetBody(geom) == asked.ignore) || (filter && !filter(i, geom));
-    };
-    all.emplace_back();
-    if (!isRay(asked)) continue;
-    dGeomRaySet(ray, asked.origin[0], asked.origin[1], asked.origin[2], asked.direction[0],
-                asked.direction[1], asked.direction[2]);
-    dGeomRaySetLength(ray, asked.length);
-    const bool all_bits = asked.category_bits == 0 && asked.collide_bits == 0;
-    dGeomSetCategoryBits(ray, all_bits ? ~0ul : asked.category_bits);
-    dGeomSetCollideBits(ray, all_bits ? ~0ul : asked.collide_bits);
-    if (!takesPart(ray)) continue;
-    for (const dGeomID geom : in_add_order)
-      collectHits(ray, geom, flags, nearest, passes, all.back());
-    std::stable_sort(all.back().begin(), all.back().end(), isNearer);
-  }
-  dGeomDestroy(ray);
-  return all;
-}
-
 RayHits nearestHits(dSpaceID space, const Rays& rays, int flags) {
   dParallelSAPRayHit unwritten = {};
   unwritten.side = -77;
@@ -205,35 +206,23 @@ std::vector<RayHits> allHits(dSpaceID space, const Rays& rays, int flags) {
   return told.hits;
 }
 
-OwedRays owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags,
-                  const Filter& filter) {
-  return {expectedHits(in_add_order, rays, flags & ~dParallelSAPRayClosestHit, true, filter),
-          expectedHits(in_add_order, rays, flags, false, filter)};
+RayAnswers owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags,
+                    const Filter& filter) {
+  RayAnswers owed = {{}, expectedHits(in_add_order, rays, flags, false, filter)};
+  for (const RayHits& hits :
+       expectedHits(in_add_order, rays, flags & ~dParallelSAPRayClosestHit, true, filter))
+    owed.nearest.push_back(hits.empty() ? dParallelSAPRayHit{} : hits[0]);
+  return owed;
 }
 
-std::string wrongRays(dSpaceID space, const std::vector<dGeomID>& in_add_order, const Rays& rays,
-                      int flags) {
-  // The space goes first: the oracle asks geoms for their bounds, after which they are not dirty.
-  const RayHits first = nearestHits(space, rays, flags);
-  const OwedRays owed = owedRays(in_add_order, rays, flags);
-  const RayHits again = nearestHits(space, rays, flags);
-  if (first.size() != again.size() ||
-      !std::equal(first.begin(), first.end(), again.begin(), sameBits))
-    return "other hits once the oracle has asked";
-  return wrongRays(space, rays, flags, owed);
-}
-
-std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const OwedRays& owed) {
-  const RayHits nearest = nearestHits(space, rays, flags);
-  const std::vector<RayHits> all = allHits(space, rays, flags);
-  if (nearest.size() != rays.size() || all.size() != rays.size())
+std::string difference(const RayAnswers& got, const RayAnswers& owed) {
+  const auto& [nearest, all] = got;
+  if (nearest.size() != owed.nearest.size() || all.size() != owed.all.size())
     return "another number of hits than there are, or not in their order";
-  for (std::size_t i = 0; i < rays.size(); ++i) {
+  for (std::size_t i = 0; i < all.size(); ++i) {
     const std::string name = "ray " + std::to_string(i) + ": ";
-    const dParallelSAPRayHit first =
-        owed.nearest[i].empty() ? dParallelSAPRayHit{} : owed.nearest[i][0];
-    if (!sameBits(nearest[i], first))
-      return name + describe(nearest[i]) + " instead of " + describe(first);
+    if (!sameBits(nearest[i], owed.nearest[i]))
+      return name + describe(nearest[i]) + " instead of " + describe(owed.nearest[i]);
     if (all[i].size() != owed.all[i].size())
       return name + std::to_string(all[i].size()) + " hits instead of " +
              std::to_string(owed.all[i].size());
@@ -243,6 +232,65 @@ std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const OwedRay
                describe(owed.all[i][hit]);
   }
   return "";
+}
+
+std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const RayAnswers& owed) {
+  return difference({nearestHits(space, rays, flags), allHits(space, rays, flags)}, owed);
+}
+
+std::string wrongRays(dSpaceID space, const std::vector<dGeomID>& in_add_order, const Rays& rays,
+                      int flags) {
+  // The space goes first: the oracle asks geoms for their bounds, after which they are not dirty.
+  const RayAnswers first = {nearestHits(space, rays, flags), allHits(space, rays, flags)};
+  const RayAnswers owed = owedRays(in_add_order, rays, flags);
+  const std::string wrong = difference(first, owed);
+  return wrong == "" ? wrongRays(space, rays, flags, owed) : "before the oracle: " + wrong;
+}
+
+int RayBatch::someFlags() {
+  int flags = static_cast<int>(random.below(4));
+  if (random.chance(0.3)) flags |= dParallelSAPRayFirstContact;
+  if (random.chance(0.3)) flags |= dParallelSAPRayBackfaceCull;
+  if (random.chance(0.5)) flags |= dParallelSAPRayClosestHit;
+  return flags;
+}
+
+RayAnswers RayBatch::ask(dSpaceID space, int flags, const std::function<void()>& before) const {
+  RayAnswers answers;
+  if (before) before();
+  answers.nearest = nearestHits(space, rays, flags);
+  if (before) before();
+  answers.all = allHits(space, rays, flags);
+  return answers;
+}
+
+std::size_t RayBatch::meeting(const RayAnswers& answers) {
+  std::size_t count = 0;
+  for (const dParallelSAPRayHit& hit : answers.nearest) count += hit.geom != nullptr;
+  return count;
+}
+
+void RayBatch::report(dSpaceID space, int flags,
+                      const std::function<void(dGeomID)>& callback) const {
+  std::function<void(dGeomID)> call = callback;
+  dParallelSAPSpaceRayHits(
+      space, rays.data(), rays.size(), flags, &call,
+      [](void* data, std::size_t, const dParallelSAPRayHit* hits, std::size_t) {
+        (*static_cast<std::function<void(dGeomID)>*>(data))(hits[0].geom);
+      });
+}
+
+void RayBatch::bounds(std::size_t query, dReal (&bounds)[6]) const {
+  const dParallelSAPRay& ray = rays.at(query);
+  dReal square = 0;
+  for (const dReal along : ray.direction) square += along * along;
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal from = ray.origin[axis],
+                to = from + ray.direction[axis] / std::sqrt(square) * ray.length,
+                slack = dReal(1e-3) * (std::fabs(from) + std::fabs(to) + 1);
+    bounds[2 * axis] = std::min(from, to) - slack;
+    bounds[2 * axis + 1] = std::max(from, to) + slack;
+  }
 }
 
 }  // namespace sap_test

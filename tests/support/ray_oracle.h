@@ -25,28 +25,47 @@ Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random);
 // A filter of queries as the oracle knows it; null: none.
 using Filter = std::function<bool(std::size_t query, dGeomID geom)>;
 
-// Of geoms in the order in which they were last added, sub-spaces gone through in their place: all
-// hits of each ray, or the nearest of each geom, the nearest first. Asks for bounds, so the space
-// goes first.
-std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, const Rays& rays,
-                                  int flags, bool nearest = false, const Filter& filter = nullptr);
-
 bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b);
 
-// What the space answers.
 RayHits nearestHits(dSpaceID space, const Rays& rays, int flags);
 std::vector<RayHits> allHits(dSpaceID space, const Rays& rays, int flags);
 
-// What both calls owe.
-struct OwedRays {
-  std::vector<RayHits> nearest, all;
+// What both calls answer, or owe.
+struct RayAnswers {
+  RayHits nearest;
+  std::vector<RayHits> all;
 };
-OwedRays owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags,
-                  const Filter& filter = nullptr);
+// Of geoms in the order in which they were last added, sub-spaces gone through in their place.
+// Asks for bounds, so the space goes first.
+RayAnswers owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags,
+                    const Filter& filter = nullptr);
 
-// Both calls, bit for bit: "" or where they differ from what is owed.
-std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const OwedRays& owed);
+// Bit for bit: "" or where they differ.
+std::string difference(const RayAnswers& got, const RayAnswers& owed);
+std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const RayAnswers& owed);
 std::string wrongRays(dSpaceID space, const std::vector<dGeomID>& in_add_order, const Rays& rays,
                       int flags);
+
+// One of the two kinds of query, for tests of both: ProbeBatch is the other.
+struct RayBatch {
+  Rays rays;
+  std::size_t n;
+  Random& random;
+
+  RayBatch(std::size_t count, Random& of) : n(count), random(of) {}
+  void moveTo(const std::vector<dGeomID>& geoms) { rays = raysAt(geoms, n, random); }
+  int someFlags();
+  // Both calls, `before` before each.
+  RayAnswers ask(dSpaceID space, int flags, const std::function<void()>& before = nullptr) const;
+  RayAnswers owed(dSpaceID, const std::vector<dGeomID>& in_add_order, int flags,
+                  const Filter& filter = nullptr) const {
+    return owedRays(in_add_order, rays, flags, filter);
+  }
+  static std::size_t meeting(const RayAnswers& answers);  // how many of them
+  // The call with a callback, which gets the first geom of each report.
+  void report(dSpaceID space, int flags, const std::function<void(dGeomID)>& callback) const;
+  // What the query's own box lies in.
+  void bounds(std::size_t query, dReal (&bounds)[6]) const;
+};
 
 }  // namespace sap_test

@@ -1,0 +1,475 @@
+// Batches of rays and of probes: the answers of a loop over dCollide, bit for bit, whichever thread
+// finds them, with a filter and without.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <set>
+#include <thread>
+#include <type_traits>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/contact_scene.h"
+#include "support/floating_point.h"
+#include "support/knobs.h"
+#include "support/moving_scene.h"
+#include "support/nested_scene.h"
+#include "support/ode_errors.h"
+#include "support/overlap_oracle.h"
+#include "support/ray_oracle.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+#include "support/user_box.h"
+
+using namespace sap_test;
+
+namespace {
+
+const int kTeams[] = {1, 2, 3, 7, 16};
+
+// Asks on teams of all sizes. Returns how many queries meet something.
+template <class Batch>
+std::size_t requireOwed(dSpaceID space, const std::vector<dGeomID>& geoms, const Batch& batch,
+                        int flags) {
+  const auto first = batch.ask(space, flags);  // before the oracle asks for bounds
+  const auto owed = batch.owed(space, geoms, flags);
+  REQUIRE(difference(first, owed) == "");
+  for (const int threads : kTeams) {
+    INFO(threads << " threads, flags " << flags);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    REQUIRE(difference(batch.ask(space, flags), owed) == "");
+  }
+  return Batch::meeting(owed);
+}
+
+// A filter that lets pass something else for each query and geom.
+bool mayMeet(std::size_t query, dGeomID geom) {
+  dReal bounds[6];
+  dGeomGetAABB(geom, bounds);
+  std::uint32_t bits;
+  std::memcpy(&bits, &bounds[0], sizeof bits);
+  return ((bits >> 7) + query + static_cast<std::size_t>(dGeomGetClass(geom))) % 3 != 0;
+}
+
+// The same, which notes what it is told.
+template <class Batch>
+struct NotingFilter {
+  const Batch& batch;
+  std::atomic<std::size_t> spaces{0}, beside{0}, calls{0};
+
+  static int ask(void* data, std::size_t query, dGeomID geom) {
+    NotingFilter& own = *static_cast<NotingFilter*>(data);
+    ++own.calls;
+    own.spaces += dGeomIsSpace(geom) != 0;
+    dReal bounds[6], of_query[6];
+    dGeomGetAABB(geom, bounds);
+    own.batch.bounds(query, of_query);
+    for (int axis = 0; axis < 3; ++axis)
+      own.beside += !(bounds[2 * axis] <= of_query[2 * axis + 1] &&
+                      of_query[2 * axis] <= bounds[2 * axis + 1]);
+    return mayMeet(query, geom);
+  }
+};
+
+// Boxes, and a batch at them.
+template <class Batch>
+struct BoxesAndBatch {
+  const std::uint64_t seed;
+  Random random{seed};
+  const Space space = Space();
+  World world{space};
+  Batch batch;
+
+  BoxesAndBatch(std::uint64_t usual, std::size_t queries)
+      : seed(seedOr(usual)), batch(queries, random) {
+    world.addBoxes(denseCube(400, seed));
+    batch.moveTo(world.geoms());
+    dSpaceClean(space);
+  }
+};
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("Queries meet what a loop over dCollide meets, in every scene and as it moves",
+                   "[rays][overlaps]", RayBatch, ProbeBatch) {
+  const std::uint64_t seed = seedOr(501);
+  for (const WorldScene& scene : worldScenes())
+    for (const std::size_t n : {1, 100, 700}) {
+      if (n > scene.most) continue;
+      const Space space;
+      World world(space);
+      scene.populate(world, n, seed);
+      Random random(seed);
+      TestType batch(80, random);
+      dParallelSAPSpaceSetCullPlanes(space, n == 100);
+      std::size_t meeting = 0;
+      for (const double distance : {0.0, 0.01, 3.0}) {
+        batch.moveTo(world.geoms());
+        if (distance > 0) world.jitter(distance, random.bits());
+        INFO(scene.name << ", " << n << " geoms, moved by " << distance
+                        << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        meeting += requireOwed(space, world.geoms(), batch, batch.someFlags());
+        if constexpr (std::is_same_v<TestType, ProbeBatch>) {
+          // ODE writes not all contacts then.
+          constexpr int flags = 1 | static_cast<int>(CONTACTS_UNIMPORTANT);
+          CHECK(batch.ask(space, flags).any == batch.owed(space, {}, flags).any);
+        }
+      }
+      CHECK(meeting > (scene.name == "mixed bits" || n == 1 ? 0 : 40));
+    }
+}
+
+TEMPLATE_TEST_CASE("Meshes, heightfields and users' classes are met alike by any number of threads",
+                   "[rays][overlaps]", RayBatch, ProbeBatch) {
+  const std::uint64_t seed = seedOr(511);
+  const Space space, other;
+  ContactScene scene(space), probing(other);
+  // ODE's collider of a ray and an endless heightfield takes memory for the whole of the ray.
+  std::vector<Kind> kinds;
+  for (int kind = 0; kind < static_cast<int>(Kind::FixedHeightfield); ++kind)
+    kinds.push_back(static_cast<Kind>(kind));
+  if constexpr (std::is_same_v<TestType, ProbeBatch>) kinds.push_back(Kind::CalledHeightfield);
+  scene.fill(kinds, 250, seed);
+  scene.add(Kind::Plane, 1, seed);
+  Random random(seed);
+  std::vector<dGeomID> geoms;
+  for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
+  TestType batch(80, random);  // enough for all threads
+  if constexpr (std::is_same_v<TestType, ProbeBatch>) {
+    probing.fill(kinds, 80, seed + 1);
+    batch.probes.clear();
+    for (int i = 0; i < dSpaceGetNumGeoms(other); ++i) {
+      const dBodyID some = dGeomGetBody(geoms[static_cast<std::size_t>(3 * i)]);
+      batch.probes.push_back({dSpaceGetGeom(other, i), i % 3 ? nullptr : some, 0});
+    }
+  }
+  for (int frame = 0; frame < 4; ++frame) {
+    scene.move(random.bits());
+    if constexpr (std::is_same_v<TestType, RayBatch>)
+      batch.moveTo(geoms);
+    else
+      probing.move(random.bits());
+    const int flags = batch.someFlags();
+    INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    userCodeKeptToThisThread();
+    CHECK(requireOwed(space, geoms, batch, flags) > 30);
+    CHECK(userCodeKeptToThisThread());
+    CHECK(userCodeCalls() > 0);
+  }
+  if constexpr (std::is_same_v<TestType, ProbeBatch>) {
+    dParallelSAPSpaceSetNumThreads(space, 1);
+    std::vector<std::size_t> calls;  // of users' colliders, fewer where the first overlap will do
+    for (const int flags : {0, int{dParallelSAPOverlapAny}}) {
+      dParallelSAPSpaceOverlaps(space, batch.probes.data(), batch.probes.size(),
+                                sizeof batch.probes[0], flags, nullptr, nullptr);
+      calls.push_back(userCodeCalls());
+    }
+    CHECK(calls[1] < calls[0]);
+  }
+}
+
+TEMPLATE_TEST_CASE("Queries see the geoms of spaces within the space, at any depth",
+                   "[rays][overlaps]", RayBatch, ProbeBatch) {
+  const std::uint64_t seed = seedOr(521);
+  Random random(seed);
+  const Space space;
+  World world(space);
+  std::vector<dSpaceID> spaces;
+  for (int i = 0; i < 60; ++i) {
+    const dSpaceID parent = i >= 30 ? spaces[random.below(spaces.size())] : dSpaceID(space);
+    spaces.push_back(i % 3 == 0   ? dSimpleSpaceCreate(parent)
+                     : i % 3 == 1 ? dHashSpaceCreate(parent)
+                                  : dParallelSAPSpaceCreate(parent));
+    if (i < 30) world.take(asGeom(spaces.back()));
+    if (random.chance(0.1)) dGeomSetCategoryBits(asGeom(spaces.back()), 1);
+    if (random.chance(0.1)) dGeomDisable(asGeom(spaces.back()));
+  }
+  world.addBoxes(denseCube(200, seed));
+  const auto place = [&](dGeomID geom) {
+    dGeomSetPosition(geom, static_cast<dReal>(random.between(0, 6)),
+                     static_cast<dReal>(random.between(0, 6)), 3);
+  };
+  std::vector<dGeomID> inside = {dCreateSphere(spaces[0], 2)};
+  std::vector<dBodyID> bodies;
+  while (bodies.size() < 10) bodies.push_back(dBodyCreate(world.dynamics()));
+  for (int i = 0; i < 400; ++i) {
+    const Shape& shape = shapes()[random.below(shapes().size())];
+    if (!shape.placeable) continue;
+    inside.push_back(shape.create(spaces[random.below(spaces.size() - 1)]));  // one stays empty
+    if (i % 3 == 0) dGeomSetBody(inside.back(), bodies[random.below(10)]);
+    place(inside.back());
+  }
+  // Of a class with an AABBTest, which may object to a whole space.
+  static const std::thread::id caller = std::this_thread::get_id();
+  static std::atomic<bool> strayed;
+  const auto objects = [](dGeomID, dGeomID to, dReal*) {
+    if (std::this_thread::get_id() != caller) strayed = true;
+    return int(!dGeomIsSpace(to));
+  };
+  createUserBox(spaces[0], {0, 6, 0, 6, 0, 6}, false, objects);
+  const dGeomID picky = createUserBox(nullptr, {0, 5, 0, 5, 0, 5}, false, objects);
+  TestType batch(100, random);
+  for (int frame = 0; frame < 5; ++frame) {
+    batch.moveTo(inside);
+    for (const dGeomID geom : inside)
+      if (random.chance(0.1)) place(geom);
+    if constexpr (std::is_same_v<TestType, ProbeBatch>) {
+      batch.probes.push_back({picky, nullptr, 0});
+      batch.probes.push_back({inside[0], nullptr, 0});  // of the space itself
+    }
+    dSpaceClean(space);
+    INFO("frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    CHECK(requireOwed(space, world.geoms(), batch, 3) > 30);
+    CHECK(!strayed);
+  }
+  dGeomDestroy(picky);
+}
+
+TEMPLATE_TEST_CASE("Queries see large spaces within the space as these change, through a filter",
+                   "[rays][overlaps][filters]", RayBatch, ProbeBatch) {
+  const std::uint64_t seed = seedOr(523);
+  for (int scene = 0; scene < scaled(4); ++scene) {
+    NestedScene nested(seed + static_cast<std::uint64_t>(scene));
+    const dSpaceID space = nested.space();
+    Random random(seed);
+    TestType many(60, random), few(5, random);
+    std::size_t meeting = 0;
+    NotingFilter<TestType> filter{many};
+    for (int frame = 0; frame < 12; ++frame) {
+      if (frame > 0) nested.change();
+      TestType& batch = frame % 4 ? many : few;
+      batch.moveTo(nested.inside());
+      const int flags = batch.someFlags();
+      INFO("scene " << scene << ", frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      meeting += requireOwed(space, nested.geoms(), batch, flags);
+      if (frame % 4 != 3) continue;
+      const auto owed = batch.owed(space, nested.geoms(), flags, mayMeet);
+      dParallelSAPSpaceSetQueryFilter(space, filter.ask, &filter);
+      for (const int threads : {1, 7}) {
+        dParallelSAPSpaceSetNumThreads(space, threads);
+        REQUIRE(difference(batch.ask(space, flags), owed) == "");
+      }
+      dParallelSAPSpaceSetQueryFilter(space, nullptr, nullptr);
+    }
+    CHECK(meeting > 200);
+    CHECK(filter.spaces == 0);
+    CHECK(filter.beside == 0);
+    CHECK(filter.calls > 500);
+  }
+}
+
+TEMPLATE_TEST_CASE("Queries keep up with a space that is edited between them", "[rays][overlaps]",
+                   RayBatch, ProbeBatch) {
+  const std::uint64_t seed = seedOr(531);
+  Random random(seed);
+  MovingScene scene(configurations()[0], 200, seed, {0, false});
+  TestType batch(20, random);
+  for (int step = 0; step < scaled(300); ++step) {
+    scene.edit();
+    if (random.chance(0.1)) scene.moveSome(0.1);
+    if (random.chance(0.1)) (void)collide(scene.space());
+    batch.moveTo(scene.order());
+    INFO("step " << step << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    const auto first = batch.ask(scene.space(), 2);
+    const auto owed = batch.owed(scene.space(), scene.order(), 2);
+    REQUIRE(difference(first, owed) == "");
+    REQUIRE(difference(batch.ask(scene.space(), 2), owed) == "");
+  }
+}
+
+TEMPLATE_TEST_CASE("A callback may throw, and ask again with a filter of its own",
+                   "[rays][overlaps][filters]", RayBatch, ProbeBatch) {
+  BoxesAndBatch<TestType> scene(541, 60);
+  auto& [seed, random, space, world, batch] = scene;
+  const auto filter = [](void* parity, std::size_t, dGeomID geom) {
+    return int(static_cast<int>(number(geom) % 4) != *static_cast<int*>(parity));
+  };
+  static int outside = 1, within = 2;
+  const auto owedTo = [&](int rest) {
+    return batch.owed(space, world.geoms(), 2, [rest](std::size_t, dGeomID geom) {
+      return static_cast<int>(number(geom) % 4) != rest;
+    });
+  };
+  const auto owed = owedTo(outside), owed_within = owedTo(within);
+  std::string problem;
+  std::size_t calls = 0;
+  dParallelSAPSpaceSetQueryFilter(space, filter, &outside);
+  batch.report(space, 2, [&](dGeomID) {
+    if (++calls % 8 != 1) return;
+    dParallelSAPSpaceSetQueryFilter(space, filter, &within);
+    problem += difference(batch.ask(space, 2), owed_within);
+    dParallelSAPSpaceSetQueryFilter(space, filter, &outside);
+    problem += difference(batch.ask(space, 2), owed);
+  });
+  CHECK(calls > 20);
+  CHECK(problem == "");
+  REQUIRE_THROWS_AS(batch.report(space, 2, [](dGeomID) { throw 1; }), int);
+  CHECK(difference(batch.ask(space, 2), owed) == "");
+  dGeomSetPosition(world.geoms()[0], 1, 1, 1);  // not locked any more
+  const dGeomID probe = dCreateSphere(nullptr, 100);
+  CHECK(collide2(space, probe).size() == world.geoms().size());  // which no filter is for
+  dGeomDestroy(probe);
+}
+
+TEMPLATE_TEST_CASE("Geoms that a callback destroys are in no later report of the call",
+                   "[rays][overlaps]", RayBatch, ProbeBatch) {
+  BoxesAndBatch<TestType> scene(571, 100);
+  auto& [seed, random, space, world, batch] = scene;
+  std::set<dGeomID> gone;
+  std::size_t reports = 0, late = 0;
+  batch.report(space, 2, [&](dGeomID geom) {
+    late += gone.count(geom);
+    if (++reports > 1) return;
+    gone.insert(world.geoms().begin() + 200, world.geoms().end());
+    world.shrinkTo(200);
+  });
+  CHECK(reports > 30);
+  CHECK(late == 0);
+  batch.moveTo(world.geoms());
+  CHECK(difference(batch.ask(space, 2), batch.owed(space, world.geoms(), 2)) == "");
+}
+
+TEMPLATE_TEST_CASE("A filter may throw: one exception leaves the call, and nothing is reported",
+                   "[filters]", RayBatch, ProbeBatch) {
+  BoxesAndBatch<TestType> scene(611, 100);
+  auto& [seed, random, space, world, batch] = scene;
+  static std::atomic<int> calls, from, to;
+  static bool without_memory;
+  const auto setThrowing = [&](bool of_memory, int first, int last) {
+    without_memory = of_memory;
+    calls = 0;
+    from = first;
+    to = last;
+  };
+  const auto owed = batch.owed(space, world.geoms(), 1, mayMeet);
+  std::size_t reported = 0;
+  const auto report = [&] { batch.report(space, 1, [&](dGeomID) { ++reported; }); };
+  constexpr int kEnd = 1 << 30;
+  for (const int threads : {1, 7}) {
+    CAPTURE(threads);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    dParallelSAPSpaceSetQueryFilter(
+        space,
+        [](void*, std::size_t query, dGeomID geom) -> int {
+          const int call = calls++;
+          if (call < from || call >= to) return mayMeet(query, geom);
+          if (without_memory) throw std::bad_alloc();
+          throw call;
+        },
+        nullptr);
+    for (const int last : {51, kEnd}) {
+      setThrowing(false, 50, last);
+      CHECK_THROWS_AS(report(), int);
+    }
+    // Then queries are answered one by one.
+    setThrowing(true, 50, 51);
+    CHECK(difference(batch.ask(space, 1), owed) == "");
+    CHECK(calls > 51);
+    setThrowing(true, 0, kEnd);
+    CHECK_THROWS_AS(report(), std::bad_alloc);
+    CHECK(reported == 0);
+    setThrowing(true, kEnd, kEnd);
+    CHECK(difference(batch.ask(space, 1), owed) == "");
+  }
+  dGeomSetPosition(world.geoms()[0], 1, 1, 1);  // not locked any more
+}
+
+TEMPLATE_TEST_CASE("Where there is no memory for a batch its queries are answered one by one",
+                   "[rays][overlaps]", RayBatch, ProbeBatch) {
+  BoxesAndBatch<TestType> scene(551, 60);
+  auto& [seed, random, space, world, batch] = scene;
+  world.take(createUserBox(space, {-1e3, 1e3, -1e3, 1e3, -1e3, 1e3}, false, failWithoutMemory));
+  const dSpaceID large = dParallelSAPSpaceCreate(space);
+  for (int i = 0; i < 200; ++i) dCreateSphere(large, dReal(0.01 * i));
+  world.take(asGeom(large));
+  const auto owed = batch.owed(space, world.geoms(), 3);
+  for (const int threads : kTeams) {
+    INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    const auto answers = batch.ask(space, 3, [] {
+      CHECK(!memory_fails);
+      memory_fails = true;
+    });
+    REQUIRE(!memory_fails);
+    REQUIRE(difference(answers, owed) == "");
+  }
+}
+
+TEMPLATE_TEST_CASE("Queries are answered in the program's floating-point mode, on every thread",
+                   "[rays][overlaps]", RayBatch, ProbeBatch) {
+  if (!FloatingPointMode::kCanBeSet) return;
+  BoxesAndBatch<TestType> scene(561, 400);
+  auto& [seed, random, space, world, batch] = scene;
+  for (const unsigned mode : {FloatingPointMode::kUpward, FloatingPointMode::kDownward,
+                              FloatingPointMode::kTowardZero, FloatingPointMode::kFlushing}) {
+    INFO("mode " << mode << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    const FloatingPointMode scoped(mode);
+    requireOwed(space, world.geoms(), batch, 4);
+    static unsigned programs;
+    programs = mode;
+    dParallelSAPSpaceSetQueryFilter(
+        space,
+        [](void*, std::size_t, dGeomID) { return int(FloatingPointMode::current() == programs); },
+        nullptr);
+    requireOwed(space, world.geoms(), batch, 4);
+    dParallelSAPSpaceSetQueryFilter(space, nullptr, nullptr);
+  }
+}
+
+TEST_CASE("Queries do not go through all geoms of a large space within the space",
+          "[rays][overlaps]") {
+  // The least times of several, for each ray or probe, with as many geoms in the space itself.
+  const auto times = [](bool within) {
+    const Space space;
+    const dSpaceID around = within ? dParallelSAPSpaceCreate(space) : dSpaceID(space);
+    for (int i = 0; i < 20000; ++i)
+      dGeomSetPosition(dCreateSphere(around, 1), static_cast<dReal>(3 * (i % 100)),
+                       static_cast<dReal>(3 * (i / 100)), 0);
+    dParallelSAPSpaceSetNumThreads(space, 1);
+    const Rays rays(500, rayOf({30, 90, 5}, {0.01, 0.02, -1}, 10));
+    Probes probes(500, {dCreateSphere(nullptr, 1), nullptr, 0});
+    using Clock = std::chrono::steady_clock;
+    std::array<Clock::duration, 2> least = {std::chrono::hours(1), std::chrono::hours(1)};
+    for (int i = 0; i < 5; ++i) {
+      const Clock::time_point begin = Clock::now();
+      REQUIRE(RayBatch::meeting({nearestHits(space, rays, 0), {}}) == rays.size());
+      const Clock::time_point middle = Clock::now();
+      REQUIRE(dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], 1,
+                                        nullptr, nullptr) == probes.size());
+      least = {std::min(least[0], middle - begin), std::min(least[1], Clock::now() - middle)};
+    }
+    dGeomDestroy(probes[0].geom);
+    return least;
+  };
+  const auto apart = times(true), together = times(false);
+  CHECK(apart[0] < 6 * together[0]);
+  CHECK(apart[1] < 6 * together[1]);
+}
+
+TEST_CASE("A probe with a bound that is no number touches nothing, with one message",
+          "[overlaps]") {
+  const Space space;
+  for (int i = 0; i < 300; ++i) dCreateSphere(space, 1);
+  dCreatePlane(space, 1, 1, 1, 0);
+  const dGeomID lost = dCreateBox(nullptr, 1, 1, 1), ball = dCreateSphere(nullptr, 1);
+  dGeomSetPosition(lost, 0, std::numeric_limits<dReal>::quiet_NaN(), 0);
+  const dGeomID point = dCreateSphere(nullptr, 0), last = dCreateSphere(nullptr, 1);
+  Probes probes = {{ball, nullptr, 9}, {lost, nullptr, 9}, {point, nullptr, 9}, {last, nullptr, 9}};
+  const std::size_t owed = owedOverlaps(space, {probes[2]}, 1).touched[0];
+  const Messages messages;
+  for (int i = 0; i < 9; ++i)  // without trees and with them
+    CHECK(dParallelSAPSpaceOverlaps(space, probes.data(), 4, sizeof probes[0], 1, nullptr,
+                                    nullptr) == 2 * 301 + owed);
+  CHECK(probes[0].touched == 301);
+  CHECK(probes[1].touched == 0);
+  CHECK(probes[2].touched == owed);
+  CHECK(messages.all().size() <= 1);
+  for (const dGeomID geom : {lost, ball, point, last}) dGeomDestroy(geom);
+}
