@@ -72,7 +72,7 @@ struct PairList {
     clearForTeam(parts, count);
     runs.clear();
   }
-  // Adds a run, or makes the last one longer if it goes on there.
+  // Adds a run, or makes the last one longer if it goes on there, in the same part.
   void add(const Run& run) {
     if (run.size() == 0) return;
     if (!runs.empty() && runs.back().last == run.first && runs.back().decided == run.decided)
@@ -83,7 +83,8 @@ struct PairList {
   // The parts hold pairs from begin to end.
   void addParts(bool decided) {
     runs.clear();
-    for (Buffer<Pair>& part : parts) add({part.begin(), part.end(), decided});
+    for (Buffer<Pair>& part : parts)
+      if (part.size() > 0) runs.push_back({part.begin(), part.end(), decided});
   }
   // Leaves out the pairs that the test drops of runs that are not decided, or of all. Null keeps
   // all, with their marks.

@@ -131,7 +131,8 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
   const TreeView<Real>& own = search.trees[search.own];
   const std::size_t first_cell = own.first_cell;
   NearCells<Real> near;
-  CellMeeting<filtered, Real> meeting(own.levels[0] - first_cell, own.filters - first_cell, space);
+  CellMeeting<filtered, Real> meeting(own.levels[0] - first_cell,
+                                      filtered ? own.filters - first_cell : nullptr, space);
   for (std::size_t begin = search.begin, end; begin < search.end; begin = end) {
     const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
     end = node_end < search.end ? node_end : search.end;
