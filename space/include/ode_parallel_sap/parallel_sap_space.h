@@ -365,9 +365,10 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetQueryFilter(dSpaceID space,
  * that leaves a stock sub-space and comes back.
  *
  * Pairs' events are known before the first report, touches' events before the first contact
- * callback. Both stay until the next collide. A collide has no events within a callback of this
- * space or without memory. It has no touches' events if its flags or reduce callback throws. A
- * later collide then reports the changes. */
+ * callback. Both stay until the next collide, and still name geoms that callbacks destroy
+ * meanwhile. A collide has no events within a callback of this space or without memory. It has no
+ * touches' events if its flags or reduce callback throws. A later collide then reports the changes.
+ */
 enum { dParallelSAPEventPairs = 1, dParallelSAPEventTouches = 2 };
 /* `events` is a sum of these bits. Default: 0. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int events);
@@ -380,8 +381,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
  * number of its own. */
 typedef struct dParallelSAPPairEvent {
   dGeomID o1, o2;  /* as reported; of what ended, 0 if it has left its space: it may not exist */
-  size_t place;    /* among the collide's pairs; of an ended one, in the last collide that had it;
-                      of a touch in sub-spaces, the place of the pair of these */
+  size_t place;    /* among the collide's pairs; of what ended, in the last collide that had the
+                      pair; of a touch in sub-spaces, the place of the pair of these */
   unsigned number; /* as long as it lasts */
 } dParallelSAPPairEvent;
 /* The pairs that began. Sets *pairs to the first, or to 0 if there is none, and returns their
