@@ -287,7 +287,9 @@ TEMPLATE_TEST_CASE("Queries keep up with a space that is edited between them", "
 TEMPLATE_TEST_CASE("A callback may throw, and ask again with a filter of its own",
                    "[rays][overlaps][filters]", RayBatch, ProbeBatch) {
   BoxesAndBatch<TestType> scene(541, 60);
-  auto& [seed, random, space, world, batch] = scene;
+  const Space& space = scene.space;
+  World& world = scene.world;
+  auto& batch = scene.batch;
   const auto filter = [](void* parity, std::size_t, dGeomID geom) {
     return int(static_cast<int>(number(geom) % 4) != *static_cast<int*>(parity));
   };
@@ -321,7 +323,9 @@ TEMPLATE_TEST_CASE("A callback may throw, and ask again with a filter of its own
 TEMPLATE_TEST_CASE("Geoms that a callback destroys are in no later report of the call",
                    "[rays][overlaps]", RayBatch, ProbeBatch) {
   BoxesAndBatch<TestType> scene(571, 100);
-  auto& [seed, random, space, world, batch] = scene;
+  const Space& space = scene.space;
+  World& world = scene.world;
+  auto& batch = scene.batch;
   std::set<dGeomID> gone;
   std::size_t reports = 0, late = 0;
   batch.report(space, 2, [&](dGeomID geom) {
@@ -339,7 +343,9 @@ TEMPLATE_TEST_CASE("Geoms that a callback destroys are in no later report of the
 TEMPLATE_TEST_CASE("A filter may throw: one exception leaves the call, and nothing is reported",
                    "[filters]", RayBatch, ProbeBatch) {
   BoxesAndBatch<TestType> scene(611, 100);
-  auto& [seed, random, space, world, batch] = scene;
+  const Space& space = scene.space;
+  const World& world = scene.world;
+  auto& batch = scene.batch;
   static std::atomic<int> calls, from, to;
   static bool without_memory;
   const auto setThrowing = [&](bool of_memory, int first, int last) {
