@@ -318,7 +318,7 @@ TEST_CASE("A touch keeps its number, which no other pair gets meanwhile", "[even
   CHECK(events[0].number == number);
 }
 
-// More pairs than a thread takes at a time.
+// More pairs than one chunk. Several threads take the chunks in the test queries.grain.
 TEST_CASE("Touches of many pairs are those that callbacks had more or fewer", "[events]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 3);
