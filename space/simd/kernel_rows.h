@@ -177,31 +177,32 @@ void findPairs(const PairSearch<Real>& search, RowSpace& space) {
                                                                                           space);
 }
 
-// Writes registers of pairs. What is beyond a row's end is overwritten by the next row; it may mark
-// rows in vain.
+// Writes registers of pairs. What is beyond a row's end is overwritten by the next row.
 bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uint64_t* pairs_end) {
   using Pairs = Register<std::uint64_t>::Type;
   constexpr std::size_t lanes = Register<std::uint64_t>::lanes;
   typedef std::uint32_t Words __attribute__((vector_size(sizeof(Pairs) / 2)));
   const RowChunk rows = chunk;  // what is written could change any other
   const std::uint32_t mark = exact ? 0 : 1;
-  alignas(64) std::uint32_t few[group_size];
+  alignas(64) std::uint32_t few[group_size] = {};
   Words any{};
   const std::uint32_t* row = rows.words;
   for (std::size_t i = 0; i < rows.slots; ++i) {
     const std::size_t count = rows.words + rows.ends[i] - row;
     if (count == 0) continue;
     std::uint32_t* const to = count <= group_size ? few : rows.longest;
-    if (count <= group_size)
+    if (count <= group_size) {
       orderFew(row, count, to);
-    else
+    } else {
       orderMany(row, count, rows.marks, rows.marked_words, to);
+      memset(to + count, 0, lanes * sizeof *to);
+    }
     row += count;
     const std::uint64_t earlier = std::uint64_t{rows.first + i} << 32;
     for (std::size_t k = 0; k < count; k += lanes) {
       Words words;
       memcpy(&words, to + k, sizeof words);
-      any |= words;  // and of words beyond the row
+      any |= words;  // beyond the row, too: none is marked there that was not in another row
       const Pairs wide = __builtin_convertvector(words, Pairs);
       const Pairs made = (wide >> 1) | earlier | (wide & mark) << 63;
       const std::size_t room = static_cast<std::size_t>(pairs_end - (pairs + k));

@@ -37,12 +37,12 @@ struct EightWords {
     words = ordered<0xcc>(words, _mm256_shuffle_epi32(words, 0x4e));
     return ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
   }
-  // The first `count` of eight words, and the greatest number in place of the others.
+  // The first `count` of eight words, and the greatest unmarked one in place of the others.
   static __m256i sortedFew(const std::uint32_t* words, int count) {
     const __m256i beyond =
         _mm256_cmpgt_epi32(_mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 8), _mm256_set1_epi32(count));
-    return sorted(
-        _mm256_or_si256(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(words)), beyond));
+    return sorted(_mm256_blendv_epi8(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(words)),
+                                     _mm256_set1_epi32(-2), beyond));
   }
 };
 

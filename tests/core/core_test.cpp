@@ -129,6 +129,23 @@ TEST_CASE("The only borderline pair of all is noted wherever it stands in its ro
   chooseKernelSet(best);
 }
 
+TEST_CASE("Where no pair is borderline, none is tested again") {
+  const KernelSet& best = kernelSet();
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set)
+    for (Slot all = 2; all < 40; ++all) {
+      INFO((*set)->name << ", " << all << " boxes");
+      chooseKernelSet(**set);
+      BoxSet boxes;
+      boxes.size = all;
+      boxes.boxes.growTo(all, {{0, 0, 0}, {1, 1, 1}});
+      Sweep<float> sweep;
+      PairList list;
+      REQUIRE(found(sweep, boxes, 1, list).size() == all * (all - 1) / 2);
+      for (const PairList::Run& run : list.runs) REQUIRE(run.decided);
+    }
+  chooseKernelSet(best);
+}
+
 TEST_CASE("Clusters that no key tells apart are still cut into cells") {
   // Exponentially nested clusters: each a millionth of the last one's size.
   const std::uint64_t seed = sap_test::seedOr(1);
