@@ -40,11 +40,13 @@ class PairNumbers {
     given_back_.insert(number);
     lowest_ = std::min(lowest_, number);
   }
+  // Of a pair: none, one, or one that ends in this frame though the pair lasts.
+  enum Touch : unsigned char { no_touch, touch, ending_touch };
   // Room for touches of all pairs. Throws std::bad_alloc.
-  void reserveTouches() { touches_.growTo(unused_, false); }
-  // Which pairs touch, by number.
-  Buffer<bool>& touches() { return touches_; }
-  const Buffer<bool>& touches() const { return touches_; }
+  void reserveTouches() { touches_.growTo(unused_, no_touch); }
+  // By number.
+  Buffer<Touch>& touches() { return touches_; }
+  const Buffer<Touch>& touches() const { return touches_; }
   bool hasTouch(Number number) const { return number < touches_.size() && touches_[number]; }
   void forgetTouches() { touches_.release(); }
   // Used numbers differ and are not free, and none below the lowest is free.
@@ -52,10 +54,10 @@ class PairNumbers {
   std::size_t bytes() const { return bytesOf(given_back_, touches_); }
 
  private:
-  SlotSet given_back_;    // the free ones below unused_
-  Buffer<bool> touches_;  // by number
-  Number lowest_ = 0;     // none below is free
-  Number unused_ = 0;     // from here on none was ever taken
+  SlotSet given_back_;     // the free ones below unused_
+  Buffer<Touch> touches_;  // by number
+  Number lowest_ = 0;      // none below is free
+  Number unused_ = 0;      // from here on none was ever taken
 };
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
@@ -97,9 +99,9 @@ class PairEvents {
   // For touches.
   PairNumbers& pool() { return free_; }
   const PairNumbers& pool() const { return free_; }
-  // Writes the places of the pairs of the frame before the last one by number, and of those that
-  // rested in it the places they had last. `places` has room for all numbers.
-  void listPlacesBefore(Buffer<std::size_t>& places) const;
+  // Of pairs whose touch is ending: writes their places in the frame before the last one by number,
+  // or those they had last if they rested in it. `places` has room for all numbers.
+  void listPlacesBefore(Buffer<std::size_t>& places, int threads) const;
   // Pairs that ended in earlier frames while their touches lasted. Their numbers are not given
   // back.
   Buffer<Event>& outlived() { return outlived_; }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "space/base/parallel.h"
+#include "space/base/platform.h"
 #include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
@@ -71,7 +72,7 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
   begun_.reserve(changed_.size() + begun_within_);
   ended_.reserve(ended);
   pairs.pool().reserve(begun_within_);
-  listPlacesBefore(pairs);
+  listPlacesBefore(pairs, threads);
   writeOwn(geoms, pairs);
   writeWithin(pairs.pool());
   sortByPlace(begun_);
@@ -98,7 +99,7 @@ void TouchEvents::takeOutlived(PairEvents& pairs) {
   within_.reserve(within_.size() + outlived.size());
   for (const PairEvents::Event& pair : outlived) {
     within_.push_back({pair.o1, pair.o2, pair.place, pair.number, false, true});
-    pairs.pool().touches()[pair.number] = false;
+    pairs.pool().touches()[pair.number] = PairNumbers::no_touch;
     outlive_ = true;
   }
   outlived.resizeDiscarding(0);
@@ -154,12 +155,12 @@ void TouchEvents::noteTouches(const ContactPairs& contacts, const NarrowPhase& f
 template <class Touches>
 std::size_t TouchEvents::noteRange(const Range& range, PairEvents& pairs, Touches is_touching) {
   const Number* const numbers = pairs.numbers();
-  const bool* const touches = pairs.pool().touches().data();
+  const PairNumbers::Touch* const touches = pairs.pool().touches().data();
   Number* const begin = changed_.data() + range.begin;
   Number* changed = begin;
   for (std::size_t place = range.begin; place < range.end; ++place) {
     *changed = static_cast<Number>(place);
-    changed += is_touching(place) != touches[numbers[place]];
+    changed += is_touching(place) != (touches[numbers[place]] != PairNumbers::no_touch);
   }
   return static_cast<std::size_t>(changed - begin);
 }
@@ -275,39 +276,53 @@ std::uintptr_t& TouchEvents::leftOf(const dxGeom* geom) {
 }
 
 // Where own pairs were whose touches end while they last.
-void TouchEvents::listPlacesBefore(const PairEvents& pairs) {
-  const Buffer<bool>& touches = pairs.pool().touches();
-  for (const Number place : changed_)
-    if (touches[pairs.numbers()[place]]) {
-      places_before_.resizeDiscarding(touches.size());
-      return pairs.listPlacesBefore(places_before_);
-    }
+void TouchEvents::listPlacesBefore(PairEvents& pairs, int threads) {
+  Buffer<PairNumbers::Touch>& touches = pairs.pool().touches();
+  places_before_.resizeDiscarding(touches.size());
+  bool any = false;
+  for (const Number place : changed_) {
+    PairNumbers::Touch& touch = touches[pairs.numbers()[place]];
+    if (touch == PairNumbers::no_touch) continue;
+    touch = PairNumbers::ending_touch;
+    any = true;
+  }
+  if (any) pairs.listPlacesBefore(places_before_, threads);
 }
 
 // There is room for all events and numbers.
 void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
-  Buffer<bool>& touches = pairs.pool().touches();
+  Buffer<PairNumbers::Touch>& touches = pairs.pool().touches();
+  const auto geomsOf = [&](Number place) {
+    const Pair pair = pairs.list()[place];
+    return std::pair(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+  };
   const Number* again = again_.begin();
-  for (const Number place : changed_) {
+  for (std::size_t i = 0; i < changed_.size(); ++i) {
+    if (i + prefetch_distance < changed_.size()) {
+      const auto [o1, o2] = geomsOf(changed_[i + prefetch_distance]);
+      prefetch(o1);  // for note()
+      prefetch(o2);
+    }
+    const Number place = changed_[i];
     if (again < again_.end() && *again == place) {
       ++again;  // it outlived its pair
       continue;
     }
     const Number number = pairs.numbers()[place];
-    dxGeom *const o1 = geoms[earlierOf(pairs.list()[place])],
-                  *const o2 = geoms[laterOf(pairs.list()[place])];
-    if (touches[number]) {
+    const auto [o1, o2] = geomsOf(place);
+    if (touches[number] == PairNumbers::ending_touch) {
       ended_.push_back({o1, o2, places_before_[number], number});
+      touches[number] = PairNumbers::no_touch;
     } else {
       begun_.push_back({o1, o2, place, number});
+      touches[number] = PairNumbers::touch;
       note(o1, o2);
     }
-    touches[number] = !touches[number];
   }
   for (const PairEvents::Event& pair : pairs.ended()) {
-    if (!touches[pair.number]) continue;
+    if (touches[pair.number] == PairNumbers::no_touch) continue;
     ended_.push_back(pair);
-    touches[pair.number] = false;
+    touches[pair.number] = PairNumbers::no_touch;
   }
 }
 
