@@ -460,6 +460,26 @@ TEST_CASE("What rests stays a pair and a touch until it parts, is disabled or le
     }
 }
 
+TEST_CASE("Events that are switched on begin what no other events have followed", "[events]") {
+  const Space space;
+  for (int i = 0; i < 2; ++i) dCreateSphere(space, 1);
+  constexpr int pairs = dParallelSAPEventPairs, touches = dParallelSAPEventTouches;
+  const auto begun = [&](int kinds) {
+    dParallelSAPSpaceSetEvents(space, kinds);
+    const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+    const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(ignore);
+    dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+    return std::pair(kinds & pairs ? int(begunOf(space).size()) : 0,
+                     kinds & touches ? int(begunTouchesOf(space).size()) : 0);
+  };
+  CHECK(begun(touches) == std::pair(0, 1));
+  CHECK(begun(pairs | touches) == std::pair(0, 0));
+  CHECK(begun(pairs) == std::pair(0, 0));
+  CHECK(begun(pairs | touches) == std::pair(0, 1));
+  CHECK(begun(0) == std::pair(0, 0));
+  CHECK(begun(pairs | touches) == std::pair(1, 1));
+}
+
 TEST_CASE("Who asks for events that are off, or after another call, is told once", "[events]") {
   const Space space;
   dGeomSetPosition(dCreateSphere(space, 1), 1, 0, 0);

@@ -353,8 +353,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetQueryFilter(dSpaceID space,
  * - Touches: geoms whose contacts went to the contact callback of
  *   dParallelSAPSpaceCollideContacts. A touch ends if a later such collide reports no contacts of
  *   it. ODE may find none, the flags may be 0, the reduce callback may leave none, or a geom may
- *   be disabled or gone. Other collides change no touch, and asking for touches after one says so
- *   once.
+ *   be disabled or gone. Of two sub-spaces ODE reports disabled geoms of one, whose touches last.
+ *   Other collides change no touch, and asking for touches after one says so once.
  *
  * A pair that SetSkipStatic or SetSkipAsleep leaves out does not end. Nor does its touch. Both end
  * when a geom leaves or is disabled, or when bits or AABBs match no longer. A geom that is removed
@@ -370,7 +370,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetQueryFilter(dSpaceID space,
  * touches' events if its flags or reduce callback throws. A later collide then reports the changes.
  */
 enum { dParallelSAPEventPairs = 1, dParallelSAPEventTouches = 2 };
-/* `events` is a sum of these bits. Default: 0. */
+/* `events` is a sum of these bits. Default: 0. Touches that are switched on all begin in the next
+ * collide. So do pairs, unless touches were on already: pairs that last then do not begin. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int events);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 
