@@ -1,4 +1,4 @@
-// Infinite, NaN, zero-sized, inverted; user classes that do not mean what they say.
+// Infinite, NaN, inverted.
 #include <array>
 #include <utility>
 
@@ -93,14 +93,6 @@ void nanSize(Scene& scene, int frame) {
   }
 }
 
-void zeroSizes(Scene& scene, int) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    if (!scene.random.chance(0.3)) continue;
-    const dReal zero = scene.random.chance(0.5) ? 0 : 1;
-    dGeomBoxSetLengths(scene.geoms()[i], scene.random.chance(0.5) ? zero : 1, 1, zero);
-  }
-}
-
 void inverted(Scene& scene, int frame) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     Bounds bounds = unitBounds(scene);
@@ -124,16 +116,6 @@ void invertedInfinite(Scene& scene, int frame) {
   }
 }
 
-// It changes its mind without a word to ODE: what counts is what it said when it last moved.
-void boundsChangeUnasked(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    if (frame == 0) scene.addUserBox(unitBounds(scene));
-    const dGeomID geom = scene.geoms()[i];
-    if (frame) userBoxData(geom).bounds = unitBounds(scene);
-    if (scene.random.chance(0.2)) scene.place(geom, 0, 0, 0);
-  }
-}
-
 }  // namespace
 
 Extremes extremeBounds() {
@@ -151,10 +133,8 @@ Extremes extremeBounds() {
   all.push_back({"NaN positions", onUnitBoxes(nanPosition)});
   all.push_back({"NaN rotations", onUnitBoxes(nanRotation)});
   all.push_back({"NaN bounds of user classes", nanSize});
-  all.push_back({"zero-sized boxes, coming and going", onUnitBoxes(zeroSizes)});
   all.push_back({"inverted boxes", inverted, 1500});
   all.push_back({"inverted and infinite boxes", invertedInfinite});
-  all.push_back({"bounds that change unasked", boundsChangeUnasked, 1500});
   return all;
 }
 

@@ -36,7 +36,7 @@ const std::vector<Extreme>& extremes() {
   static const std::vector<Extreme> all = [] {
     std::vector<Extreme> joined;
     for (const auto part : {extremePlaces, extremeSizes, extremeBounds, extremeChanges,
-                            extremeStructures, extremeCallers}) {
+                            extremeStructures, extremeModes}) {
       for (const Extreme& extreme : part()) joined.push_back(extreme);
     }
     return joined;

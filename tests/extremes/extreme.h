@@ -73,10 +73,6 @@ struct Extreme {
   Play play;
   std::size_t most = 5000;  // geoms up to which it is sensible: quadratic output
   int frames = 4;
-  // How the program collides the space: all pairs of a whole dSpaceCollide, in order.
-  std::function<Pairs(Scene& scene)> collide = [](Scene& scene) {
-    return sap_test::collide(scene.space());
-  };
   // In which the program collides.
   unsigned mode = FloatingPointMode::current();
 };
@@ -90,7 +86,7 @@ Extremes extremeSizes();
 Extremes extremeBounds();
 Extremes extremeChanges();
 Extremes extremeStructures();
-Extremes extremeCallers();
+Extremes extremeModes();
 
 // The pairs owed in the scene as it is, computed in the default floating-point mode whatever the
 // program's is.

@@ -1,4 +1,4 @@
-// Far away, far apart, all in one place, just touching; denormal, huge, long and thin.
+// Far away, far apart, all in one place, just touching; minute, huge, long and thin.
 #include <cmath>
 #include <sstream>
 
@@ -118,18 +118,6 @@ void denormalTo1e9(Scene& scene, int frame) {
   }
 }
 
-void denormalsOnly(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    Bounds bounds;
-    for (int axis = 0; axis < 3; ++axis) {
-      const dReal low = real(scene.random.below(40)) - 20;
-      bounds[2 * axis] = low * kDenormal;
-      bounds[2 * axis + 1] = (low + real(scene.random.below(6))) * kDenormal;
-    }
-    give(scene, frame, i, bounds);
-  }
-}
-
 // Around the smallest normal number, where denormals begin.
 void aroundTheSmallestNormal(Scene& scene, int frame) {
   const double unit = static_cast<double>(std::numeric_limits<dReal>::min());
@@ -198,7 +186,6 @@ Extremes extremePlaces() {
 Extremes extremeSizes() {
   return {
       {"denormal to 1e9 in one scene", denormalTo1e9, 1500},
-      {"denormal coordinates only", denormalsOnly, 1500},
       {"around the smallest normal number", aroundTheSmallestNormal, 1500},
       {"bars 1e6 times as long as wide", elongated(1, 1e6), 1500},
       {"plates 1e6 times as wide as thick", elongated(2, 1e6), 700},
