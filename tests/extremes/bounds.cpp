@@ -62,24 +62,6 @@ bool isSick(int frame) {
   return frame == 1 || frame == 2;
 }
 
-void nanPosition(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; i += 7) {
-    const dGeomID geom = scene.geoms()[i];
-    scene.placeAnywhere(geom);
-    const dReal* const at = dGeomGetPosition(geom);
-    if (isSick(frame)) scene.place(geom, at[0], i % 2 ? kNaN : at[1], i % 2 ? at[2] : -kNaN);
-  }
-}
-
-void nanRotation(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; i += 7) {
-    dMatrix3 rotation;
-    dRSetIdentity(rotation);
-    if (isSick(frame)) rotation[i % 11] = kNaN;
-    dGeomSetRotation(scene.geoms()[i], rotation);
-  }
-}
-
 void nanSize(Scene& scene, int frame) {
   if (frame == 0) {
     scene.addUnitBoxes(scene.size);
@@ -103,19 +85,6 @@ void inverted(Scene& scene, int frame) {
   }
 }
 
-void invertedInfinite(Scene& scene, int frame) {
-  if (frame == 0) {
-    scene.addUnitBoxes(scene.size);
-    for (int i = 0; i < 30; ++i) scene.marked.push_back(scene.addUserBox(unitBounds(scene)));
-  }
-  const std::array<dReal, 6> values = {-kInfinity, -kLargest, -1, 1, kLargest, kInfinity};
-  for (const dGeomID geom : scene.marked) {
-    Bounds bounds;
-    for (dReal& bound : bounds) bound = values[scene.random.below(values.size())];
-    setUserBounds(geom, bounds);
-  }
-}
-
 }  // namespace
 
 Extremes extremeBounds() {
@@ -130,11 +99,8 @@ Extremes extremeBounds() {
   all.push_back({"boxes infinite in all directions", infinite(0, 2, true, true)});
   all.push_back({"nothing but infinite boxes", nothingButInfinite, 700});
   all.push_back({"ODE's classes with infinite sizes and places", infiniteClasses});
-  all.push_back({"NaN positions", onUnitBoxes(nanPosition)});
-  all.push_back({"NaN rotations", onUnitBoxes(nanRotation)});
   all.push_back({"NaN bounds of user classes", nanSize});
   all.push_back({"inverted boxes", inverted, 1500});
-  all.push_back({"inverted and infinite boxes", invertedInfinite});
   return all;
 }
 

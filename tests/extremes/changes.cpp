@@ -63,10 +63,10 @@ void addSubSpace(Scene& scene, dSpaceID space) {
 void deepNest(Scene& scene, int frame) {
   if (frame == 0) {
     scene.addUnitBoxes(scene.size);
-    addSubSpace(scene, scene.make_space(scene.space()));
+    addSubSpace(scene, dParallelSAPSpaceCreate(scene.space()));
     dSpaceID bottom = scene.spaces.back();
     scene.marked.push_back(dCreateBox(bottom, 1, 1, 1));
-    for (int level = 1; level < 50; ++level) bottom = scene.make_space(bottom);
+    for (int level = 1; level < 50; ++level) bottom = dParallelSAPSpaceCreate(bottom);
     scene.marked.push_back(dCreateBox(bottom, 1, 1, 1));
     dGeomSetPosition(scene.marked[0], 1, 1, 1);
     scene.spaces.push_back(bottom);
@@ -83,7 +83,7 @@ void manySubSpaces(Scene& scene, int frame) {
   if (frame == 0) {
     scene.addUnitBoxes(scene.size / 3);
     for (std::size_t i = 0; i < scene.size / 3; ++i) {
-      addSubSpace(scene, i % 3 == 0   ? scene.make_space(scene.space())
+      addSubSpace(scene, i % 3 == 0   ? dParallelSAPSpaceCreate(scene.space())
                          : i % 3 == 1 ? dSimpleSpaceCreate(scene.space())
                                       : dSweepAndPruneSpaceCreate(scene.space(), dSAP_AXES_XYZ));
       scene.marked.push_back(nullptr);
@@ -130,7 +130,7 @@ Play denormals(double others) {
 }
 
 // Bounds whose narrowing to float or whose differences overflow, infinite and NaN ones.
-void trappingBounds(Scene& scene, int frame) {
+void anyBounds(Scene& scene, int frame) {
   const dReal values[] = {-kInfinity, -kLargest,    -kLargest / 2, -1,        -kDenormal, 0,
                           1,          kLargest / 2, kLargest,      kInfinity, kDenormal};
   for (std::size_t i = 0; i < scene.size; ++i) {
@@ -150,25 +150,18 @@ void trappingBounds(Scene& scene, int frame) {
 }  // namespace
 
 Extremes extremeChanges() {
-  return {
+  const Play unit_boxes = eachUnitBox(anywhere);
+  Extremes all = {
       {"geoms that cross the world in every frame", eachUnitBox(acrossTheWorld), 1500, 6},
       {"scales from 1e-30 to 1e30 from frame to frame", scaleFromFrameToFrame, 5000, 6},
       {"all geoms removed and added in every frame", onUnitBoxes(reAddAll)},
       {"all geoms destroyed and made anew in every frame", renewAll},
       {"10,000 geoms on one body", onOneBody, 10000, 3},
-  };
-}
-
-Extremes extremeStructures() {
-  return {
       {"fifty spaces in each other", deepNest, 5000, 5},
       {"hundreds of sub-spaces of all kinds", manySubSpaces, 1500, 6},
+      {"denormal coordinates only", denormals(0), 1500},
+      {"bounds of every kind", anyBounds},
   };
-}
-
-Extremes extremeModes() {
-  const Play unit_boxes = eachUnitBox(anywhere);
-  Extremes all = {{"denormal coordinates only", denormals(0), 1500}};
   if (!FloatingPointMode::kCanBeSet) return all;
   const auto add = [&](const char* name, auto play, std::size_t most, unsigned mode) {
     all.push_back({name, play, most});
@@ -178,7 +171,7 @@ Extremes extremeModes() {
   add("rounding downward", unit_boxes, 5000, FloatingPointMode::kDownward);
   add("rounding upward", unit_boxes, 5000, FloatingPointMode::kUpward);
   add("rounding toward zero", unit_boxes, 5000, FloatingPointMode::kTowardZero);
-  add("invalid operations and overflows trap", trappingBounds, 1500, FloatingPointMode::kTrapping);
+  add("invalid operations and overflows trap", anyBounds, 1500, FloatingPointMode::kTrapping);
   return all;
 }
 

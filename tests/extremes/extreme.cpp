@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "../support/oracle.h"
-
 namespace sap_test {
 
 double Scene::side() const {
@@ -35,18 +33,11 @@ Play eachUnitBox(std::function<void(Scene& scene, dGeomID geom, int frame)> chan
 const std::vector<Extreme>& extremes() {
   static const std::vector<Extreme> all = [] {
     std::vector<Extreme> joined;
-    for (const auto part : {extremePlaces, extremeSizes, extremeBounds, extremeChanges,
-                            extremeStructures, extremeModes}) {
+    for (const auto part : {extremePlaces, extremeBounds, extremeChanges})
       for (const Extreme& extreme : part()) joined.push_back(extreme);
-    }
     return joined;
   }();
   return all;
-}
-
-Pairs expectedPairs(const Scene& scene) {
-  const FloatingPointMode mode(FloatingPointMode::kDefault);
-  return expectedPairs(scene.geoms());
 }
 
 }  // namespace sap_test

@@ -28,13 +28,7 @@ std::string play(const Extreme& extreme, std::size_t size, int threads, int fram
   const Messages nan_reports;  // contract_test counts them
   std::vector<std::unique_ptr<Scene>> scenes;
   for (const Configuration& configuration : configurations()) {
-    const MakeSpace make = [configuration, threads](dSpaceID parent) {
-      const dSpaceID space = dParallelSAPSpaceCreate(parent);
-      configure(space, configuration);
-      if (threads != kDefaultThreads) dParallelSAPSpaceSetNumThreads(space, threads);
-      return space;
-    };
-    scenes.push_back(std::make_unique<Scene>(make, size, seedOr(size)));
+    scenes.push_back(std::make_unique<Scene>(configuration, threads, size, seedOr(size)));
   }
   for (int frame = 0; frame < frames; ++frame) {
     Pairs expected;
@@ -45,8 +39,9 @@ std::string play(const Extreme& extreme, std::size_t size, int threads, int fram
         const FloatingPointMode mode(extreme.mode);
         got = collide(scenes[i]->space());
       }
+      const FloatingPointMode exact(FloatingPointMode::kDefault);
       // After the space had to bring the bounds up to date.
-      if (i == 0) expected = expectedPairs(*scenes[0]);
+      if (i == 0) expected = expectedPairs(scenes[0]->geoms());
       const std::string problem = differenceIn(extreme, *scenes[i], got, expected);
       if (problem.empty()) continue;
       return extreme.name + ", " + std::to_string(size) + " geoms, frame " + std::to_string(frame) +
@@ -85,7 +80,6 @@ std::string differenceOfProbes(const Extreme& extreme, Scene& scene, const Pairs
       const FloatingPointMode mode(extreme.mode);
       got = collide2(scene.space(), probe);
     }
-    const FloatingPointMode exact(FloatingPointMode::kDefault);
     for (const dGeomID geom : scene.geoms()) {
       if (takesPart(geom) && takesPart(probe) && mayTouch(geom, probe)) {
         expected.emplace_back(number(geom), number_of_probe);

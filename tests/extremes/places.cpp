@@ -180,17 +180,12 @@ Extremes extremePlaces() {
   all.push_back({"a lattice of steps of 0.1", lattice(0.1, 0), 5000, 2});
   all.push_back({"a lattice of steps of 0.1, 1e6 away", lattice(0.1, 1e6), 1500, 2});
   all.push_back({"boxes without extent in a lattice", flatBoxes, 1500, 2});
+  all.push_back({"denormal to 1e9 in one scene", denormalTo1e9, 1500});
+  all.push_back({"around the smallest normal number", aroundTheSmallestNormal, 1500});
+  all.push_back({"bars 1e6 times as long as wide", elongated(1, 1e6), 1500});
+  all.push_back({"plates 1e6 times as wide as thick", elongated(2, 1e6), 700});
+  all.push_back({"boxes of the type's largest extent among unit boxes", largestAmongUnits, 5000});
   return all;
-}
-
-Extremes extremeSizes() {
-  return {
-      {"denormal to 1e9 in one scene", denormalTo1e9, 1500},
-      {"around the smallest normal number", aroundTheSmallestNormal, 1500},
-      {"bars 1e6 times as long as wide", elongated(1, 1e6), 1500},
-      {"plates 1e6 times as wide as thick", elongated(2, 1e6), 700},
-      {"boxes of the type's largest extent among unit boxes", largestAmongUnits, 5000},
-  };
 }
 
 }  // namespace sap_test
