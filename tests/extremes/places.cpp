@@ -57,12 +57,6 @@ void inOnePlace(Scene& scene, dGeomID geom, int frame) {
   scene.place(geom, real(frame), 2, 3);
 }
 
-// Two crowds that just touch, or just do not.
-void inTwoPlaces(Scene& scene, dGeomID geom, int frame) {
-  const dReal gap = frame % 2 ? std::numeric_limits<dReal>::epsilon() * 2 : 0;
-  scene.place(geom, number(geom) % 2 ? dReal(1.5) + gap : dReal(0.5), 0, 0);
-}
-
 // A lattice whose boxes touch their neighbours in faces, edges and corners; steps that binary
 // numbers do not have make it a matter of rounding which of them do.
 Play lattice(double step, double offset) {
@@ -175,7 +169,6 @@ Extremes extremePlaces() {
   all.push_back(everythingTimes(2 * largest, "a scene that reaches both ends of the type's range"));
   for (const double distance : {1e6, 1e12, 1e30}) all.push_back(clustersApart(distance));
   all.push_back({"all boxes in one place", eachUnitBox(inOnePlace), 700});
-  all.push_back({"two crowds that touch, or just do not", eachUnitBox(inTwoPlaces), 700});
   all.push_back({"a lattice that touches all over", lattice(1, 0), 5000, 2});
   all.push_back({"a lattice of steps of 0.1", lattice(0.1, 0), 5000, 2});
   all.push_back({"a lattice of steps of 0.1, 1e6 away", lattice(0.1, 1e6), 1500, 2});
