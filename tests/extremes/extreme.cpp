@@ -30,14 +30,4 @@ Play eachUnitBox(std::function<void(Scene& scene, dGeomID geom, int frame)> chan
   });
 }
 
-const std::vector<Extreme>& extremes() {
-  static const std::vector<Extreme> all = [] {
-    std::vector<Extreme> joined;
-    for (const auto part : {extremePlaces, extremeBounds, extremeChanges})
-      for (const Extreme& extreme : part()) joined.push_back(extreme);
-    return joined;
-  }();
-  return all;
-}
-
 }  // namespace sap_test

@@ -66,9 +66,6 @@ struct Extreme {
   unsigned mode = FloatingPointMode::current();
 };
 
-// All of them.
-const std::vector<Extreme>& extremes();
-
 using Extremes = std::vector<Extreme>;
 Extremes extremePlaces();
 Extremes extremeBounds();
