@@ -11,7 +11,6 @@
 #include <functional>
 #include <map>
 #include <regex>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -78,28 +77,21 @@ inline Settings parseSettings(int argc, char** argv) {
       throw std::invalid_argument("no number, or out of range: " + text);
     return value;
   };
-  const auto word = [&text](const std::set<std::string>& known) {
-    if (!known.count(text)) throw std::invalid_argument("unknown: " + text);
+  const auto word = [&text](const std::string& known) {  // separated by spaces
+    if ((" " + known + " ").find(" " + text + " ") == std::string::npos ||
+        text.find(' ') < text.size())
+      throw std::invalid_argument("unknown: " + text);
     return text;
   };
   const std::map<std::string, std::function<void()>> setters = {
       {"--dt", [&] { s.dt = number(1e-6, 1); }},
       {"--iterations", [&] { s.iterations = int(number(1, 1e5)); }},
       {"--contacts", [&] { s.contacts = int(number(1, 64)); }},
-      {"--reducer",
-       [&] {
-         s.reducer = word({"first", "deepest", "spread"});
-       }},
+      {"--reducer", [&] { s.reducer = word("first deepest spread"); }},
       {"--erp", [&] { s.erp = number(0, 1); }},
       {"--cfm", [&] { s.cfm = text == "step/mass" ? -1 : number(0, 1e6); }},
-      {"--solver",
-       [&] {
-         s.solver = word({"quick", "step"});
-       }},
-      {"--sleep",
-       [&] {
-         s.sleep = word({"on", "off"});
-       }},
+      {"--solver", [&] { s.solver = word("quick step"); }},
+      {"--sleep", [&] { s.sleep = word("on off"); }},
       {"--seed", [&] { s.seed = static_cast<unsigned long>(number(0, 1e9)); }}};
   for (int i = 1; i < argc; i += 2) {
     const auto setter = setters.find(argv[i]);

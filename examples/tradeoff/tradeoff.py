@@ -146,8 +146,9 @@ def parse():
     made.add_argument("--out", metavar="DIR", help="folder of the results (default: beside the program)")
     made.add_argument("--write", metavar="FILE", help="put the answers between <!-- tradeoff --> and <!-- end --> there")
     options = made.parse_args()
-    if options.program and not os.path.isfile(options.program):
-        made.error("--program: there is no file %s" % options.program)
+    for name in ("program", "write"):
+        if getattr(options, name) and not os.path.isfile(getattr(options, name)):
+            made.error("--%s: there is no file %s" % (name, getattr(options, name)))
     if not options.program and options.scene not in (None, *SCENES):
         made.error("--scene: one of %s" % ", ".join(SCENES))
     options.out = options.out or (options.program or POINT) + ".study"

@@ -1,4 +1,4 @@
-// Infinite, NaN, zero-sized, inverted; user classes that do not mean what they say.
+// Infinite, NaN, inverted.
 #include <array>
 #include <utility>
 
@@ -62,24 +62,6 @@ bool isSick(int frame) {
   return frame == 1 || frame == 2;
 }
 
-void nanPosition(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; i += 7) {
-    const dGeomID geom = scene.geoms()[i];
-    scene.placeAnywhere(geom);
-    const dReal* const at = dGeomGetPosition(geom);
-    if (isSick(frame)) scene.place(geom, at[0], i % 2 ? kNaN : at[1], i % 2 ? at[2] : -kNaN);
-  }
-}
-
-void nanRotation(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; i += 7) {
-    dMatrix3 rotation;
-    dRSetIdentity(rotation);
-    if (isSick(frame)) rotation[i % 11] = kNaN;
-    dGeomSetRotation(scene.geoms()[i], rotation);
-  }
-}
-
 void nanSize(Scene& scene, int frame) {
   if (frame == 0) {
     scene.addUnitBoxes(scene.size);
@@ -93,14 +75,6 @@ void nanSize(Scene& scene, int frame) {
   }
 }
 
-void zeroSizes(Scene& scene, int) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    if (!scene.random.chance(0.3)) continue;
-    const dReal zero = scene.random.chance(0.5) ? 0 : 1;
-    dGeomBoxSetLengths(scene.geoms()[i], scene.random.chance(0.5) ? zero : 1, 1, zero);
-  }
-}
-
 void inverted(Scene& scene, int frame) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     Bounds bounds = unitBounds(scene);
@@ -108,29 +82,6 @@ void inverted(Scene& scene, int frame) {
     if (scene.random.chance(0.3)) std::swap(bounds[2 * axis], bounds[2 * axis + 1]);
     if (scene.random.chance(0.1)) std::swap(bounds[0], bounds[1]);
     if (frame == 0 || scene.random.chance(0.5)) scene.setUserBox(i, bounds);
-  }
-}
-
-void invertedInfinite(Scene& scene, int frame) {
-  if (frame == 0) {
-    scene.addUnitBoxes(scene.size);
-    for (int i = 0; i < 30; ++i) scene.marked.push_back(scene.addUserBox(unitBounds(scene)));
-  }
-  const std::array<dReal, 6> values = {-kInfinity, -kLargest, -1, 1, kLargest, kInfinity};
-  for (const dGeomID geom : scene.marked) {
-    Bounds bounds;
-    for (dReal& bound : bounds) bound = values[scene.random.below(values.size())];
-    setUserBounds(geom, bounds);
-  }
-}
-
-// It changes its mind without a word to ODE: what counts is what it said when it last moved.
-void boundsChangeUnasked(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    if (frame == 0) scene.addUserBox(unitBounds(scene));
-    const dGeomID geom = scene.geoms()[i];
-    if (frame) userBoxData(geom).bounds = unitBounds(scene);
-    if (scene.random.chance(0.2)) scene.place(geom, 0, 0, 0);
   }
 }
 
@@ -148,13 +99,8 @@ Extremes extremeBounds() {
   all.push_back({"boxes infinite in all directions", infinite(0, 2, true, true)});
   all.push_back({"nothing but infinite boxes", nothingButInfinite, 700});
   all.push_back({"ODE's classes with infinite sizes and places", infiniteClasses});
-  all.push_back({"NaN positions", onUnitBoxes(nanPosition)});
-  all.push_back({"NaN rotations", onUnitBoxes(nanRotation)});
   all.push_back({"NaN bounds of user classes", nanSize});
-  all.push_back({"zero-sized boxes, coming and going", onUnitBoxes(zeroSizes)});
   all.push_back({"inverted boxes", inverted, 1500});
-  all.push_back({"inverted and infinite boxes", invertedInfinite});
-  all.push_back({"bounds that change unasked", boundsChangeUnasked, 1500});
   return all;
 }
 

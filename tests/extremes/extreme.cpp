@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "../support/oracle.h"
-
 namespace sap_test {
 
 double Scene::side() const {
@@ -30,23 +28,6 @@ Play eachUnitBox(std::function<void(Scene& scene, dGeomID geom, int frame)> chan
   return onUnitBoxes([change](Scene& scene, int frame) {
     for (const dGeomID geom : scene.geoms()) change(scene, geom, frame);
   });
-}
-
-const std::vector<Extreme>& extremes() {
-  static const std::vector<Extreme> all = [] {
-    std::vector<Extreme> joined;
-    for (const auto part : {extremePlaces, extremeSizes, extremeBounds, extremeChanges,
-                            extremeStructures, extremeCallers}) {
-      for (const Extreme& extreme : part()) joined.push_back(extreme);
-    }
-    return joined;
-  }();
-  return all;
-}
-
-Pairs expectedPairs(const Scene& scene) {
-  const FloatingPointMode mode(FloatingPointMode::kDefault);
-  return expectedPairs(scene.geoms());
 }
 
 }  // namespace sap_test

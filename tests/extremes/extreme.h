@@ -2,13 +2,14 @@
 // has gone wrong, or is larger, smaller, faster or stranger than its author thought.
 #pragma once
 
-#include <ode/ode.h>
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "../support/configurations.h"
 #include "../support/floating_point.h"
 #include "../support/not_finite.h"
 #include "../support/random.h"
@@ -21,24 +22,13 @@ namespace sap_test {
 constexpr dReal kLargest = std::numeric_limits<dReal>::max();
 constexpr dReal kDenormal = std::numeric_limits<dReal>::denorm_min();
 
-using MakeSpace = std::function<dSpaceID(dSpaceID parent)>;
-
-class OwnSpace {
- public:
-  explicit OwnSpace(dSpaceID space) : own_space(space) {}
-  ~OwnSpace() { dSpaceDestroy(own_space); }
-  OwnSpace(const OwnSpace&) = delete;
-  OwnSpace& operator=(const OwnSpace&) = delete;
-
- protected:
-  const dSpaceID own_space;
-};
-
 // A space of the kind under test with its geoms, and all that an extreme wants to remember.
-class Scene : private OwnSpace, public World {
+class Scene : private Space, public World {
  public:
-  Scene(const MakeSpace& make, std::size_t size, std::uint64_t seed)
-      : OwnSpace(make(nullptr)), World(own_space), size(size), random(seed), make_space(make) {}
+  Scene(const Configuration& configuration, int threads, std::size_t size, std::uint64_t seed)
+      : Space(configuration), World(dSpaceID(*this)), size(size), random(seed) {
+    if (threads > 0) dParallelSAPSpaceSetNumThreads(space(), threads);
+  }
 
   dReal between(double low, double high) { return real(random.between(low, high)); }
   dGeomID anyGeom() { return geoms()[random.below(geoms().size())]; }
@@ -56,7 +46,6 @@ class Scene : private OwnSpace, public World {
 
   const std::size_t size;  // geoms, about
   Random random;
-  const MakeSpace make_space;  // another space of the same kind
   std::vector<dGeomID> marked;
   std::vector<dSpaceID> spaces;
 };
@@ -73,27 +62,13 @@ struct Extreme {
   Play play;
   std::size_t most = 5000;  // geoms up to which it is sensible: quadratic output
   int frames = 4;
-  // How the program collides the space: all pairs of a whole dSpaceCollide, in order.
-  std::function<Pairs(Scene& scene)> collide = [](Scene& scene) {
-    return sap_test::collide(scene.space());
-  };
   // In which the program collides.
   unsigned mode = FloatingPointMode::current();
 };
 
-// All of them.
-const std::vector<Extreme>& extremes();
-
 using Extremes = std::vector<Extreme>;
 Extremes extremePlaces();
-Extremes extremeSizes();
 Extremes extremeBounds();
 Extremes extremeChanges();
-Extremes extremeStructures();
-Extremes extremeCallers();
-
-// The pairs owed in the scene as it is, computed in the default floating-point mode whatever the
-// program's is.
-Pairs expectedPairs(const Scene& scene);
 
 }  // namespace sap_test

@@ -27,6 +27,10 @@ const std::string kPlanes = "ODE_PARALLEL_SAP_CULL_PLANES=1";
 using Populate = std::function<void(World&)>;
 using Collide = void (*)(dSpaceID);
 
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 void collidePlainly(dSpaceID space) {
   (void)collide(space);
 }
@@ -56,20 +60,41 @@ void addPlane(World& world, dReal x, dReal y, dReal z, dReal distance) {
   world.take(dCreatePlane(world.space(), x, y, z, distance));
 }
 
-// The line about options of a space of this scene; empty if there is none. `totals` gets the first.
-std::string lineOf(const Populate& populate, Collide collide_once, std::string* totals = nullptr) {
+// All that is said of a space in so many frames, before each of which `move` is called.
+std::vector<std::string> linesOf(const Populate& populate, int frames,
+                                 const std::function<void(int)>& move,
+                                 Collide collide_once = collidePlainly) {
   const Variable stats("ODE_PARALLEL_SAP_STATS", "1");
   const Messages messages;
   {
     const Space space;
     World world(space);
     populate(world);
-    for (int frame = 0; frame < 3; ++frame) collide_once(space);
+    for (int frame = 0; frame < frames; ++frame) {
+      if (move) move(frame);
+      collide_once(space);
+    }
   }
   REQUIRE(!messages.all().empty());
-  CHECK(messages.all().size() <= 2);
-  if (totals) *totals = messages.all()[0];
-  return messages.all().size() > 1 ? messages.all().back() : "";
+  return messages.all();
+}
+
+// The line about options; empty if there is none. `totals` gets the first.
+std::string optionsOf(const Populate& populate, Collide collide_once,
+                      std::string* totals = nullptr) {
+  const std::vector<std::string> lines = linesOf(populate, 3, nullptr, collide_once);
+  CHECK(lines.size() <= 2);
+  if (totals) *totals = lines[0];
+  return lines.size() > 1 ? lines.back() : "";
+}
+
+// What is said of geoms.
+std::string factsOf(const Populate& populate, int frames, const std::function<void(int)>& move) {
+  std::string facts;
+  for (const std::string& line : linesOf(populate, frames, move))
+    if (!has(line, " frames (") && !has(line, "would leave") && !has(line, "dSpaceCollide2"))
+      facts += line + "\n";
+  return facts;
 }
 
 // The part of the pairs that an option is said to leave out; 0 where it is not named.
@@ -109,7 +134,7 @@ TEST_CASE("The part of the pairs that each option would leave out is named as it
   for (const Populate& populate : populates)
     for (Collide collide_once : {collidePlainly, collideBlocks, collideForContacts}) {
       std::string totals;
-      const std::string line = lineOf(populate, collide_once, &totals);
+      const std::string line = optionsOf(populate, collide_once, &totals);
       const auto msOf = [&](const char* what) {
         return std::atof(totals.c_str() + totals.find(what) + std::strlen(what));
       };
@@ -136,39 +161,17 @@ TEST_CASE("The part of the pairs that each option would leave out is named as it
     }
 }
 
-TEST_CASE("What a program does not collide now is not said to be kept apart", "[facts]") {
-  const auto sleepersOnAShelf = [](World& world) {
-    for (int i = 0; i < 150; ++i) {
-      const dGeomID geom = world.take(dCreateBox(world.space(), 1, 1, 1));
-      dGeomSetPosition(geom, dReal(i), 0, 1);
-      dGeomSetCategoryBits(geom, 2);
-      dBodyDisable(world.giveBody(geom));
-    }
-    const dGeomID shelf = world.take(dCreateBox(world.space(), 400, 1, 1));
-    dGeomSetCategoryBits(shelf, 1);
-  };
-  const std::string line = lineOf(sleepersOnAShelf, [](dSpaceID space) {
-    const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
-    const auto leaveOut = [](void*, dGeomID, dGeomID) { return 0; };
-    const dParallelSAPContactCallbacks callbacks = {ignore, leaveOut, nullptr, nullptr};
-    dParallelSAPSpaceCollideContacts(space, nullptr, 4, &callbacks);
-  });
-  INFO(line);
-  CHECK(saidOf(line, kAsleep) == 1);
-  CHECK(line.find("apart") == std::string::npos);
-}
-
 TEST_CASE("Nothing is said where no option would leave out a pair", "[facts]") {
   const auto heapOfBodies = [](World& world) { add(world, heap(500, 1), Bodies::awake); };
-  CHECK(lineOf(heapOfBodies, collidePlainly) == "");
-  CHECK(lineOf(heapOfBodies, collideForContacts) == "");
+  CHECK(optionsOf(heapOfBodies, collidePlainly) == "");
+  CHECK(optionsOf(heapOfBodies, collideForContacts) == "");
   const auto rest = [](World& world) {
     add(world, denseCube(300, 1), Bodies::none);
     add(world, denseCube(300, 2), Bodies::asleep, 100);
     add(world, denseCube(300, 3), Bodies::awake, 200);
     addPlane(world, 1, 1, 1, -1000);
   };
-  CHECK(lineOf(rest, [](dSpaceID space) {
+  CHECK(optionsOf(rest, [](dSpaceID space) {
           dParallelSAPSpaceSetSkipStatic(space, 1);
           dParallelSAPSpaceSetSkipAsleep(space, 1);
           dParallelSAPSpaceSetCullPlanes(space, 1);
@@ -177,34 +180,6 @@ TEST_CASE("Nothing is said where no option would leave out a pair", "[facts]") {
 }
 
 namespace {
-
-// What is said of a space in `frames` frames, before each of which `move` is called, but for the
-// sums and the last line.
-std::string saidOf(const Populate& populate, int frames, const std::function<void(int)>& move,
-                   Collide collide_once = collidePlainly) {
-  const Variable stats("ODE_PARALLEL_SAP_STATS", "1");
-  const Messages messages;
-  {
-    const Space space;
-    World world(space);
-    populate(world);
-    for (int frame = 0; frame < frames; ++frame) {
-      move(frame);
-      collide_once(space);
-    }
-  }
-  std::string said;
-  for (const std::string& line : messages.all())
-    if (line.find(" frames (") == std::string::npos &&
-        line.find("would leave") == std::string::npos &&
-        line.find("dSpaceCollide2") == std::string::npos)
-      said += line + "\n";
-  return said;
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 dSpaceID sweepAndPrune(dSpaceID parent) {
   return dSweepAndPruneSpaceCreate(parent, dSAP_AXES_XYZ);
@@ -237,7 +212,7 @@ TEST_CASE("Geoms that move far for their size are named, in sub-spaces too", "[f
     std::vector<dGeomID> all;
     double x = 0;
     dSpaceID own = nullptr;
-    return saidOf(
+    return factsOf(
         [&](World& world) {
           own = place(world.space());
           if (step > 0) dParallelSAPSpaceSetSweptBounds(own, step);
@@ -286,7 +261,7 @@ TEST_CASE("Geoms that move far for their size are named, in sub-spaces too", "[f
 TEST_CASE("Geoms that come and go are not taken for those that move", "[facts]") {
   std::vector<dGeomID> shots;
   dSpaceID inner = nullptr;
-  const std::string said = saidOf(
+  const std::string said = factsOf(
       [&](World& world) {
         world.addBoxes(denseCube(100, 1));
         inner = dHashSpaceCreate(world.space());
@@ -310,7 +285,7 @@ TEST_CASE("Geoms too far for dReal and those with NaN are named, in sub-spaces t
   for (const Place place : kPlaces) {
     INFO("place " << (&place - kPlaces));
     const auto said = [&](double far, bool nan, bool disabled = false) {
-      return saidOf(
+      return factsOf(
           [&](World& world) {
             const dSpaceID own = place(world.space());
             for (int i = 0; i < 5; ++i)
@@ -320,7 +295,7 @@ TEST_CASE("Geoms too far for dReal and those with NaN are named, in sub-spaces t
             dGeomSetPosition(sick, std::numeric_limits<dReal>::quiet_NaN(), 0, 0);
             if (disabled) dGeomDisable(sick);
           },
-          3, [](int) {});
+          3, nullptr);
     };
     CHECK(said(1.0 / 520 / step, false) == "");
     const std::string far = said(1.0 / 100 / step, false);
@@ -331,67 +306,6 @@ TEST_CASE("Geoms too far for dReal and those with NaN are named, in sub-spaces t
     CHECK(has(far, "; in 3 of 3 frames"));
     CHECK(has(said(0, true), "up to 1 geoms at once had NaN bounds and were in no pair"));
     CHECK(said(0, true, true) == "");
-  }
-}
-
-TEST_CASE("Pairs that a kinematic body keeps awake are named", "[facts]") {
-  enum Floor { geom, kinematic, dozing_kinematic };
-  for (const Floor floor : {geom, kinematic, dozing_kinematic}) {
-    struct Stage {
-      dWorldID world = dWorldCreate();
-      dJointGroupID joints = dJointGroupCreate(0);
-      ~Stage() {
-        dJointGroupDestroy(joints);
-        dWorldDestroy(world);
-      }
-    } stage;
-    dWorldSetGravity(stage.world, 0, 0, -10);
-    std::vector<dBodyID> bodies;
-    const Variable stats("ODE_PARALLEL_SAP_STATS", "1");
-    std::string said;
-    {
-      const Messages messages;
-      {
-        const Space space;
-        const dGeomID ground = dCreateBox(space, 100, 100, 1);
-        dGeomSetPosition(ground, 0, 0, dReal(-0.5));
-        if (floor != geom) {
-          const dBodyID body = dBodyCreate(stage.world);
-          dBodySetKinematic(body);
-          dBodySetPosition(body, 0, 0, dReal(-0.5));
-          dGeomSetBody(ground, body);
-          dBodySetAutoDisableFlag(body, floor == dozing_kinematic);
-        }
-        dWorldSetAutoDisableFlag(stage.world, 1);  // for the bodies that are made from now on
-        for (int i = 0; i < 9; ++i) {
-          bodies.push_back(dBodyCreate(stage.world));
-          dGeomSetBody(dCreateBox(space, 1, 1, 1), bodies.back());
-          dBodySetPosition(bodies.back(), dReal(3 * i), 0, dReal(0.5));
-        }
-        for (int frame = 0; frame < 200; ++frame) {
-          dSpaceCollide(space, &stage, [](void* data, dGeomID a, dGeomID b) {
-            const Stage& at = *static_cast<Stage*>(data);
-            dContact contacts[4] = {};
-            const int count = dCollide(a, b, 4, &contacts[0].geom, sizeof(dContact));
-            for (int i = 0; i < count; ++i) {
-              contacts[i].surface.mu = 1;
-              dJointAttach(dJointCreateContact(at.world, at.joints, contacts + i), dGeomGetBody(a),
-                           dGeomGetBody(b));
-            }
-          });
-          dWorldQuickStep(stage.world, dReal(0.01));
-          dJointGroupEmpty(stage.joints);
-        }
-      }
-      for (const std::string& line : messages.all()) said += line + "\n";
-    }
-    int awake = 0;
-    for (const dBodyID body : bodies) awake += dBodyIsEnabled(body);
-    INFO(said);
-    CHECK(awake == (floor == kinematic ? 9 : 0));
-    CHECK(has(said,
-              " % of the pairs have a body at rest that an enabled kinematic body keeps awake, "
-              "so ODE_PARALLEL_SAP_SKIP_ASLEEP=1 leaves none of them out") == (floor == kinematic));
   }
 }
 
@@ -406,16 +320,15 @@ TEST_CASE("Static geoms that touch nothing are named where the update reads them
     world.giveBody(geom);
   };
   const std::string words =
-      "ODE_PARALLEL_SAP_SKIP_STATIC=1 would leave out 100 % of the geoms from the update (without "
-      "a "
-      "body), at most ";
-  CHECK(has(lineOf(shelves, collidePlainly), words));
-  CHECK(lineOf(shelves, [](dSpaceID space) {
+      "ODE_PARALLEL_SAP_SKIP_STATIC=1 would leave out 100 % of the geoms from the update "
+      "(without a body), at most ";
+  CHECK(has(optionsOf(shelves, collidePlainly), words));
+  CHECK(optionsOf(shelves, [](dSpaceID space) {
           dParallelSAPSpaceSetSkipStatic(space, 1);
           collidePlainly(space);
         }) == "");
   // Not those that the program moves.
-  const std::string moving = lineOf(shelves, [](dSpaceID space) {
+  const std::string moving = optionsOf(shelves, [](dSpaceID space) {
     for (int i = 0; i < 20000; ++i) {
       const dGeomID geom = dSpaceGetGeom(space, i);
       const dReal* const at = dGeomGetPosition(geom);
@@ -432,7 +345,7 @@ TEST_CASE("Static geoms that touch nothing are named where the update reads them
       dBodySetPosition(world.giveBody(world.take(dCreateBox(world.space(), 1, 1, 1))), dReal(3 * i),
                        0, 90);
   };
-  const std::string nested = lineOf(beside, [](dSpaceID space) {
+  const std::string nested = optionsOf(beside, [](dSpaceID space) {
     for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
       if (const dBodyID body = dGeomGetBody(dSpaceGetGeom(space, i)))
         dBodySetPosition(body, dBodyGetPosition(body)[0] + dReal(0.01), 0, 90);

@@ -9,9 +9,13 @@
 namespace sap_test::physics {
 namespace {
 
+Setting undivided(Setting setting) {
+  setting.divide = 1;
+  return setting;
+}
+
 // Each step of it is one of the solver's.
-class World : public Stage {
- public:
+struct World : Stage {
   explicit World(const Setting& setting, const Vec& gravity = {0, 0, -kGravity}, double step = 0.01)
       : Stage(Pairing::hash, undivided(setting), step / setting.divide, gravity),
         dt(step / setting.divide) {
@@ -19,26 +23,11 @@ class World : public Stage {
     seedOnce();
     friction = 0.6;
   }
-  dBodyID freeBox(const Vec& side, const Vec& place) {
-    dMass mass;
-    dMassSetBox(&mass, 1000, real(side[0]), real(side[1]), real(side[2]));
-    return body(nullptr, mass, place);
-  }
-  void step() {
-    depth = 0;
-    Stage::step();
-  }
   void until(double end) {
     while (time < end) step();
   }
 
   const double dt;
-
- private:
-  static Setting undivided(Setting setting) {
-    setting.divide = 1;
-    return setting;
-  }
 };
 
 const Thing kFloor = {Thing::plane}, kBlock = {Thing::box, {0, 0, 0.05}, {0.5, 0.5, 0.1}};
@@ -158,8 +147,10 @@ Quantities chain(const Setting& setting, double phase, double degrees) {
   const int links = 10;
   const double side = 0.2, tilt = 0.01 * phase - degrees * kPi / 180;
   const Vec way = {std::cos(tilt), 0, -std::sin(tilt)};
+  dMass mass;
+  dMassSetBox(&mass, 1000, real(side), real(0.05), real(0.05));
   for (int i = 0; i < links; ++i) {
-    const dBodyID link = world.freeBox({side, 0.05, 0.05}, side * (i + 0.5) * way);
+    const dBodyID link = world.body(nullptr, mass, side * (i + 0.5) * way);
     world.turn(size_t(i), {0, 1, 0}, tilt);
     world.ballJoint(link, i ? world[size_t(i) - 1] : nullptr, side * i * way);
   }
