@@ -27,6 +27,7 @@
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/rules_oracle.h"
+#include "support/sanitizers.h"
 #include "support/scenes.h"
 
 using namespace sap_test;
@@ -93,6 +94,12 @@ void* operator new(std::size_t bytes, std::align_val_t alignment) {
   return memory;
 }
 void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, const std::nothrow_t&) noexcept {
   std::free(memory);
 }
 void operator delete(void* memory) noexcept {
@@ -660,7 +667,7 @@ TEST_CASE("Without memory no pair is reported of a geom that the callback disabl
   dGeomDestroy(probe);
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !ADDRESS_SANITIZER && !THREAD_SANITIZER
 TEST_CASE("A frame causes no page fault where balls move steadily among tiles that touch",
           "[memory]") {
   const Space space;
