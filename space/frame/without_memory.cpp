@@ -1,85 +1,94 @@
 #include "space/frame/without_memory.h"
 
 #include <algorithm>
-#include <limits>
 #include <new>
+#include <utility>
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
+#include "space/base/round_to_floats.h"
+#include "space/base/tuning.h"
+#include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
+#include "space/pairs/box_classes.h"
+#include "space/pairs/cell_trees.h"
+#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// The geoms of some slots, and their pairs with later geoms, in the room that there is. They are
-// found by a binary tree over AABBs: the children of node i are 2 i and 2 i + 1, each has half of
-// its geoms, and all leaves are at one depth.
+// The boxes of the geoms of some slots in cells with a tree, and their pairs with later geoms, in
+// the room that there is. Boxes are floats, counted from one of them: far from the origin, too,
+// these tell most apart, and the AABBs decide where they cannot.
 class Part {
  public:
   static constexpr std::size_t least_geoms = 64;  // 6 KB, which the stack of any thread has
 
-  // The room for so many geoms, in words of 64 bits.
+  // The room for so many geoms, in words of 64 bits, which begins with a cache line.
   static constexpr std::size_t wordsFor(std::size_t geoms) {
-    return pairs_a_geom * geoms +
-           (geoms * sizeof(Member) + 2 * leavesFor(geoms) * sizeof(Bounds)) / sizeof(Pair) + 1;
+    return treeWordsFor(geoms) + pairs_a_geom * geoms + (geoms + group_size + 1) / 2;
   }
-  Part(Pair* room, std::size_t geoms)
-      : pairs_(room),
-        most_pairs_(pairs_a_geom * geoms - 1),  // one is written and not counted
-        nodes_(reinterpret_cast<Bounds*>(room + most_pairs_ + 1)),
-        members_(reinterpret_cast<Member*>(nodes_ + 2 * leavesFor(geoms))) {}
+  Part(const Buffer<dxGeom*>& geoms, Pair* room, std::size_t most)
+      : geoms_(geoms),
+        cells_(reinterpret_cast<Group<float>*>(room)),
+        pairs_(room + treeWordsFor(most)),
+        most_pairs_(pairs_a_geom * most - 1),  // one is written and not counted
+        found_(reinterpret_cast<std::uint32_t*>(pairs_ + pairs_a_geom * most)) {}
 
   // Takes the geoms of slots [begin, end). Needs exactMode().
-  void take(const Buffer<dxGeom*>& geoms, std::size_t begin, std::size_t end) {
+  void take(std::size_t begin, std::size_t end) {
+    const dxGeom* const middle = geoms_[begin + (end - begin) / 2];
+    for (int axis = 0; axis < 3; ++axis)
+      origin_[axis] = middle && isPlain(middle) ? middle->aabb[2 * axis] : 0;
+    // What is needed to cut lies where the cells, pairs and finds will be.
+    Centre* const centres = reinterpret_cast<Centre*>(pairs_);
+    std::uint32_t *const order = found_, *const starts = reinterpret_cast<std::uint32_t*>(
+                                             centres + (end - begin));
     count_ = 0;
     for (std::size_t slot = begin; slot < end; ++slot) {
-      const dxGeom* const geom = geoms[slot];
+      const dxGeom* const geom = geoms_[slot];
       if (!geom || hasNaN(geom)) continue;
-      std::copy_n(geom->aabb, 6, members_[count_].bounds.aabb);
-      members_[count_++].slot = static_cast<Slot>(slot);
+      const Box box = boxOf(geom);
+      Centre& centre = centres[count_++];
+      for (int axis = 0; axis < 3; ++axis) centre.at[axis] = centreOf(box, axis);
+      centre.slot = static_cast<Slot>(slot);
     }
-    leaves_ = leavesFor(count_);
-    for (std::size_t nodes = 1; nodes < leaves_; nodes *= 2)
-      for (std::size_t node = 0; node < nodes; ++node) halve(membersOf(node, nodes));
-    for (std::size_t node = 2 * leaves_ - 1; node > 0; --node) {
-      Bounds& bounds = nodes_[node];
-      bounds = Bounds();
-      if (node < leaves_) {
-        bounds.include(nodes_[2 * node]);
-        bounds.include(nodes_[2 * node + 1]);
-      } else {
-        const Range range = membersOf(node - leaves_, leaves_);
-        for (std::size_t i = range.begin; i < range.end; ++i) bounds.include(members_[i].bounds);
-      }
+    kernelSet().cutIntoCells(centres, count_, reinterpret_cast<float*>(cells_), 0, order, starts);
+    std::size_t groups = std::max<std::size_t>(groupsFor(count_), 1);
+    for (std::size_t place = 0; place < groups * group_size; ++place) {
+      Group<float>& cell = cells_[place / group_size];
+      const bool used = place < count_;
+      if (place + prefetch_distance < count_) prefetchAt(order[place + prefetch_distance]);
+      cell.slot[place % group_size] = used ? order[place] : 0;
+      put(used ? boxOf(geoms_[order[place]]) : inactiveBox<float>(), cell, place % group_size);
     }
+    Group<float>* level = cells_;
+    tree_.levels[0] = level;
+    tree_.depth = 1;
+    do {
+      const std::size_t children = std::exchange(groups, groupsFor(groups));
+      kernels<float>().packBounds(level, children, 0, groups, level + children);
+      tree_.levels[tree_.depth++] = level += children;
+    } while (groups > 1);
   }
-  // Adds the pairs of an AABB in a slot with members in earlier slots below `end`. Needs
-  // exactMode(), and room for a pair with each of these. No branch depends on a member.
-  void addPairsOf(const dReal* aabb, std::size_t slot, std::size_t end) {
-    for (std::size_t node = 1;;) {
-      const bool reached = nodes_[node].overlaps(aabb);
-      if (reached && node < leaves_) {
-        node *= 2;
-        continue;
-      }
-      if (reached) {
-        const Range range = membersOf(node - leaves_, leaves_);
-        for (std::size_t i = range.begin; i < range.end; ++i) {
-          const Slot own = members_[i].slot;
-          pairs_[pair_count_] = makePair(own, static_cast<Slot>(slot));
-          pair_count_ += (own < slot) & (own < end) & members_[i].bounds.overlaps(aabb);
-        }
-      }
-      for (++node; node % 2 == 0;) node /= 2;  // after a second child comes what follows its parent
-      if (node == 1) return;
+  // Adds the pairs of a geom with those taken from earlier slots below `end`. Needs exactMode(),
+  // and room for a pair with each of these.
+  void addPairsOf(std::size_t slot, std::size_t end) {
+    if (geoms_[slot]) addPairsOf(boxOf(geoms_[slot]), static_cast<Slot>(slot), end);
+  }
+  // The same of one that was taken, by its place: neighbours follow each other.
+  void addPairsAt(std::size_t place, std::size_t end) {
+    const Group<float>& cell = cells_[place / group_size];
+    const std::size_t lane = place % group_size;
+    Box box;
+    for (int axis = 0; axis < 3; ++axis) {
+      box.lower[axis] = cell.lower[axis][lane];
+      box.upper[axis] = cell.upper[axis][lane];
     }
+    addPairsOf(box, cell.slot[lane], end);
   }
-  // The same of its member at a place: neighbours follow each other.
-  void addPairsOfMember(std::size_t place, std::size_t end) {
-    addPairsOf(members_[place].bounds.aabb, members_[place].slot, end);
-  }
-  std::size_t members() const { return count_; }
+  std::size_t places() const { return count_; }
   std::size_t room() const { return most_pairs_ - pair_count_; }
   void dropPairsFrom(std::size_t end) {
     const Pair* const last = std::remove_if(pairs_, pairs_ + pair_count_,
@@ -90,97 +99,83 @@ class Part {
   template <class Use>
   void usePairs(Use use) {
     std::sort(pairs_, pairs_ + pair_count_);
-    for (std::size_t i = 0; i < pair_count_; ++i) use(pairs_[i]);
+    for (std::size_t i = 0; i < pair_count_; ++i) {
+      if (i + prefetch_distance < pair_count_) prefetchAt(laterOf(pairs_[i + prefetch_distance]));
+      use(pairs_[i]);
+    }
     pair_count_ = 0;
   }
 
  private:
-  static constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
-  struct Bounds {
-    dReal aabb[6] = {infinity, -infinity, infinity, -infinity, infinity, -infinity};
-    bool overlaps(const dReal* other) const {
-      return (aabb[0] <= other[1]) & (other[0] <= aabb[1]) & (aabb[2] <= other[3]) &
-             (other[2] <= aabb[3]) & (aabb[4] <= other[5]) & (other[4] <= aabb[5]);
-    }
-    void include(const Bounds& other) {
-      for (int i = 0; i < 6; i += 2) {
-        aabb[i] = std::min(aabb[i], other.aabb[i]);
-        aabb[i + 1] = std::max(aabb[i + 1], other.aabb[i + 1]);
-      }
-    }
-  };
-  struct Member {
-    Bounds bounds;
-    Slot slot;
-  };
+  static constexpr std::size_t pairs_a_geom = 4;  // a round number
 
-  static constexpr std::size_t pairs_a_geom = 4, leaf_members = 8;  // round numbers
-
-  static constexpr std::size_t leavesFor(std::size_t members) {
-    std::size_t leaves = 1;
-    while (leaves * leaf_members < members) leaves *= 2;
-    return leaves;
+  // Cutting needs more than cells and nodes.
+  static constexpr std::size_t treeWordsFor(std::size_t geoms) {
+    return groupsFor(roomToCut(geoms)) * group_size / 2;
   }
-  Range membersOf(std::size_t node, std::size_t of) const {
-    return {count_ * node / of, count_ * (node + 1) / of};
+  void prefetchAt(Slot slot) const {
+    if (geoms_[slot]) prefetchObject(geoms_[slot], sizeof(dxGeom));
   }
-  // Puts the lower half of members in front, along the axis where they are spread most.
-  void halve(Range range) {
-    Member *const begin = members_ + range.begin, *const end = members_ + range.end;
-    int widest = 0;
-    dReal most = -1;
-    for (int axis = 0; axis < 6; axis += 2) {
-      dReal least = infinity, greatest = -infinity;
-      for (const Member* each = begin; each < end; ++each) {
-        least = std::min(least, each->bounds.aabb[axis]);
-        greatest = std::max(greatest, each->bounds.aabb[axis]);
-      }
-      if (!(greatest - least > most)) continue;
-      most = greatest - least;
-      widest = axis;
-    }
-    std::nth_element(begin, members_ + (range.begin + range.end) / 2, end,
-                     [=](const Member& a, const Member& b) {
-                       return a.bounds.aabb[widest] < b.bounds.aabb[widest];
-                     });
+  Box boxOf(const dxGeom* geom) const {
+    dReal bounds[6];
+    for (int i = 0; i < 6; ++i) bounds[i] = geom->aabb[i] - origin_[i / 2];
+    Box box;
+    roundToFloats(bounds, box);
+    return box;
   }
 
+  void addPairsOf(const Box& box, Slot slot, std::size_t end) {
+    Group<float> query;
+    put(box, query, 0);
+    query.slot[0] = ~Slot{0};
+    const std::size_t finds = kernels<float>().findInTree(tree_, query, found_);
+    for (std::size_t i = 0; i < finds; ++i) {
+      const Slot own = found_[i] / 2;
+      pairs_[pair_count_] = makePair(own, slot);
+      pair_count_ += own < slot && own < end && (found_[i] % 2 == 0 || overlap(own, slot));
+    }
+  }
+  bool overlap(Slot a, Slot b) const {
+    return geoms_[a] && geoms_[b] && boxesOverlap(geoms_[a], geoms_[b]);
+  }
+
+  const Buffer<dxGeom*>& geoms_;
+  Group<float>* const cells_;  // and the nodes above them
   Pair* const pairs_;
   const std::size_t most_pairs_;
-  Bounds* const nodes_;
-  Member* const members_;
-  std::size_t pair_count_ = 0, count_ = 0, leaves_ = 1;
+  std::uint32_t* const found_;
+  dReal origin_[3] = {};
+  TreeView<float> tree_ = {};
+  std::size_t pair_count_ = 0, count_ = 0;
 };
 
 // Calls use(pair) for the pairs of AABBs that overlap, in their order: those of as many earlier
 // geoms at a time as there is room for.
 template <class Use>
-void findInParts(const Buffer<dxGeom*>& geoms, std::size_t most, Part part, Use use) {
-  const std::size_t count = geoms.size();
+void findInParts(std::size_t count, std::size_t most, Part part, Use use) {
   std::size_t wanted = most;
   for (std::size_t begin = 0, end; begin < count; begin = end) {
     const std::size_t behind = end = std::min(count, begin + wanted);
-    {
-      const ScopedMode mode(exactMode());
-      part.take(geoms, begin, end);
-    }
     const auto makeRoom = [&] {
       while (part.room() < end - begin)
         if (end - begin > 1)
           part.dropPairsFrom(end = begin + (end - begin) / 2);
-        else
-          part.usePairs(
-              use);  // of one geom with those behind: they are in their order as they come
+        else  // of one geom with those behind, in their order as they come
+          part.usePairs(use);
     };
-    for (std::size_t place = 0; place < part.members(); ++place) {
+    {
+      const ScopedMode mode(exactMode());
+      part.take(begin, end);
+    }
+    for (std::size_t place = 0; place < part.places(); ++place) {
       makeRoom();
       const ScopedMode mode(exactMode());
-      part.addPairsOfMember(place, end);
+      part.addPairsAt(place, end);
     }
     for (std::size_t slot = behind; slot < count; ++slot) {
       makeRoom();
       const ScopedMode mode(exactMode());
-      if (geoms[slot]) part.addPairsOf(geoms[slot]->aabb, slot, end);
+      part.addPairsOf(slot, end);
     }
     part.usePairs(use);
     wanted = std::min(most, 2 * (end - begin));
@@ -207,8 +202,8 @@ std::size_t makeRoom(Buffer<Pair>& room, std::size_t count) {
 // Not inline: only what finds no memory at all has it on the stack.
 template <class Use>
 __attribute__((noinline)) void findOnStack(const Buffer<dxGeom*>& geoms, Use use) {
-  Pair room[Part::wordsFor(Part::least_geoms)];
-  findInParts(geoms, Part::least_geoms, {room, Part::least_geoms}, use);
+  alignas(64) Pair room[Part::wordsFor(Part::least_geoms)];
+  findInParts(geoms.size(), Part::least_geoms, {geoms, room, Part::least_geoms}, use);
 }
 
 // Both without AABBTest functions; the latter of geoms whose AABBs overlap.
@@ -253,7 +248,7 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, Buffer<Pai
   };
   const std::size_t most = room ? makeRoom(*room, geoms.size()) : 0;
   if (most > 0)
-    findInParts(geoms, most, {room->data(), most}, report);
+    findInParts(geoms.size(), most, {geoms, room->data(), most}, report);
   else
     findOnStack(geoms, report);
   if (receiver.end) receiver.end(receiver.data);

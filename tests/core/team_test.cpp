@@ -8,6 +8,7 @@
 
 #include "space/base/parallel.h"
 #include "support/catch.hpp"
+#include "support/sanitizers.h"
 
 #if defined(__linux__)
 #include <dirent.h>
@@ -16,12 +17,6 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#endif
-
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)  // lets no child start threads
-#define THREAD_SANITIZER
-#endif
 #endif
 
 using namespace ode_parallel_sap;
@@ -99,7 +94,7 @@ TEST_CASE("A program may end while threads are being started", "[.][exit]") {
   CHECK(runTeam(region, 16, [](int, int) {}) > 1);
 }
 
-#if defined(__linux__) && !defined(THREAD_SANITIZER)
+#if defined(__linux__) && !THREAD_SANITIZER  // which lets no child start threads
 // Processes of their own: threads stay as late as they are made, and children have none of those
 // that were started.
 TEST_CASE("A thread that comes late delays no region", "[.][late]") {

@@ -11,6 +11,7 @@
 #include "support/configurations.h"
 #include "support/oracle.h"
 #include "support/recorder.h"
+#include "support/sanitizers.h"
 #include "support/scenes.h"
 
 using namespace sap_test;
@@ -125,6 +126,7 @@ long virtualKilobytes() {
 }  // namespace
 
 TEST_CASE("Callbacks that are left by longjmp leave at most one frame's lists", "[longjmp]") {
+  if (ADDRESS_SANITIZER) WARN("SKIPPED: the size of what is left");
   for (int way = 0; way < kWays; ++way)
     for (const bool nested : {false, true}) {
       newWorld(1500, 1);
@@ -139,7 +141,8 @@ TEST_CASE("Callbacks that are left by longjmp leave at most one frame's lists", 
       const long before = virtualKilobytes();
       for (int i = 0; i < 1000; ++i) leave();
       INFO("way " << way << (nested ? ", nested" : ""));
-      CHECK(virtualKilobytes() - before < 5000);
+      // The sanitizer keeps the stack's variables, and what was freed, for a while.
+      if (!ADDRESS_SANITIZER) CHECK(virtualKilobytes() - before < 5000);
       script.until_left = script.until_nested = 0;
       isLeft(kNear);
       CHECK(difference(script.pairs, expectedPairs(worlds().back()->geoms())) == "");

@@ -17,17 +17,12 @@
 #include "support/ode_errors.h"
 #include "support/ray_oracle.h"
 #include "support/recorder.h"
+#include "support/sanitizers.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
 #include "support/variable.h"
 
 using namespace sap_test;
-
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define THREAD_SANITIZER
-#endif
-#endif
 
 namespace {
 
@@ -320,7 +315,7 @@ TEST_CASE("A number of threads that is not set is OpenMP's", "[effects]") {
   CHECK(most == std::atoi(threads));
 }
 
-#if !defined(THREAD_SANITIZER)  // which does not know what becomes of OpenMP's threads
+#if !THREAD_SANITIZER  // which does not know what becomes of OpenMP's threads
 TEST_CASE("After a fork the child goes on alone, whatever number of threads is set", "[effects]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 2);

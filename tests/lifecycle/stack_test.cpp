@@ -11,18 +11,13 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/recorder.h"
+#include "support/sanitizers.h"
 #include "support/scenes.h"
 
 using namespace sap_test;
 
 // Others have larger frames.
-#if defined(__has_feature)
-#define HAS_FEATURE(feature) __has_feature(feature)
-#else
-#define HAS_FEATURE(feature) 0
-#endif
-#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    !HAS_FEATURE(address_sanitizer) && !HAS_FEATURE(thread_sanitizer)
+#if defined(NDEBUG) && !ADDRESS_SANITIZER && !THREAD_SANITIZER
 
 namespace {
 

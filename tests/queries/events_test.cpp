@@ -17,6 +17,7 @@
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/rules_oracle.h"
+#include "support/sanitizers.h"
 #include "support/scenes.h"
 
 using namespace sap_test;
@@ -394,7 +395,10 @@ TEST_CASE("Spaces in spaces each see that a geom came at the address of another 
     CHECK(begunTouchesOf(outer).size() == 1);
     CHECK(endedTouchesOf(outer).size() == 1);
   }
-  CHECK(same_address > 0);
+  if (ADDRESS_SANITIZER)
+    WARN("SKIPPED: another geom's address; the sanitizer gives none twice");
+  else
+    CHECK(same_address > 0);
 }
 
 TEST_CASE("What rests stays a pair and a touch until it parts, is disabled or leaves", "[events]") {

@@ -17,14 +17,7 @@
 #include <vector>
 
 #include "tests/gpu/emulation/runtime.h"
-
-#if defined(__SANITIZE_ADDRESS__)  // GCC
-#define EMULATION_BY_SWAPCONTEXT
-#elif defined(__has_feature)  // Clang
-#if __has_feature(address_sanitizer)
-#define EMULATION_BY_SWAPCONTEXT
-#endif
-#endif
+#include "tests/support/sanitizers.h"
 
 namespace emulation {
 
@@ -46,7 +39,7 @@ class Context {
   }
   // Comes back when another one goes on in this one.
   void goOnIn(Context& other) {
-#if defined(EMULATION_BY_SWAPCONTEXT)
+#if ADDRESS_SANITIZER  // which follows swapcontext
     swapcontext(&made_, &other.made_);
 #else
     left_ = true;
