@@ -25,7 +25,7 @@ void PairList::decide(const PairTest* test, int threads) {
     for (Pair* first = run.first; first < run.last; first = pieces.back().last)
       pieces.push_back({first, first + std::min<std::size_t>(most, run.last - first), run.decided});
   const ScopedMode mode(exactMode());
-  runChunks(deciding, teamFor(open, grains::geom_tests, threads), pieces.size(), 1,
+  runChunks(deciding, teamFor(open, grains::tested_pairs, threads), pieces.size(), 1,
             [&](const Range& range, int) {
               Run& piece = pieces[range.begin];
               if (!piece.decided || test->everyPair())

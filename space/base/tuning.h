@@ -19,8 +19,9 @@ constexpr std::size_t chunk_pairs = 4096;
 // Pairs of a block that is handed to the program.
 constexpr std::size_t block_pairs = 512;
 
-// Cells that a thread takes at a time: whole nodes of a tree, as some have more neighbours.
-constexpr std::size_t chunk_cells = 64;
+// Cells, in whole nodes of a tree, or changed boxes that a thread takes at a time: few, since some
+// meet far more than others.
+constexpr std::size_t chunk_searches = 64;
 
 // How far ahead of its use something that lies anywhere in memory is prefetched.
 constexpr std::size_t prefetch_distance = 16;
@@ -46,16 +47,13 @@ constexpr std::size_t least_mapped = std::size_t{1} << 16;
 // asking for them ahead cost a third of a report that only counts, at 1,000,000 it saved a third.
 constexpr std::size_t far_slots = std::size_t{1} << 18;
 
-// Geoms are brought up to date in blocks of so many.
-constexpr std::size_t update_block = prefetch_distance;
-
 // How far ahead a geom is asked for that is only looked at: a look takes a few ns, a line from
 // memory a hundred times as long. Half as far took up to 1.33 times as long (peers, at rest).
 constexpr std::size_t look_distance = 4 * prefetch_distance;
 
 // Cells, and sorting pairs.
 
-// By how much cells, and the nodes above them, may have grown on average.
+// By how much cells may have grown on average.
 constexpr double most_growth = 0.4;
 
 // Cells that drift through each other without growing are found out only by cutting anew, after
@@ -68,21 +66,18 @@ constexpr std::size_t region_boxes = 512;
 // Regions that boxes are dealt into: their counters stay within the second-level cache.
 constexpr std::size_t most_regions = 2048;
 
-// Boxes that decide on classes: enough to see a kind that is one in a few hundred.
+// Boxes that decide on classes: enough to see a kind that is one in a few hundred. A round number.
 constexpr std::size_t sampled_boxes = 1024;
 
 // An axis divides boxes into short and long ones if these are this many times as long on average.
 constexpr double far_longer = 8;
-
-// Parts that pairs are sorted in: more than one a thread, since they differ in size.
-constexpr int buckets_a_thread = 8;
 
 // Blocks of pairs, 256 kB, that a thread gets at a time. A round number.
 constexpr std::size_t row_storage_blocks = 512;
 
 // Inner loops.
 
-// Nodes or cells that are gathered before they are read: they stay in the nearest cache.
+// Cells that are gathered before they are read: they stay in the nearest cache. A round number.
 constexpr std::size_t gathered_nodes = 256;
 
 // Cells whose boxes are prefetched before they are packed.
@@ -98,10 +93,8 @@ constexpr std::size_t changed_share = 16;
 // have left theirs. A round number.
 constexpr std::size_t changing_share = 8;
 
-// Changed boxes that a thread takes at a time: few, since some meet far more than others.
-constexpr std::size_t changed_chunk = 64;
-
-// Kept pairs that a thread merges at a time; parts that have grown to twice that are cut.
+// Kept pairs that a thread merges at a time; parts that have grown to twice that are cut. A round
+// number.
 constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
 // How far a fat box lies outside of a box, in parts of the box's least extent; one that its box has
@@ -166,20 +159,14 @@ namespace grains {
 
 // Slots that are swept, up to 4,096 of them by one thread in any case, in 0.4 ms.
 constexpr Grain scene = {1024, Grain::further, 4096};
-constexpr Grain packed_slots = {1024, Grain::further};      // whose geoms are packed again
-constexpr Grain scene_of_all_tests = {1024, Grain::whole};  // slots: brute force, axis lists
-constexpr Grain sorted_members = {1024, Grain::whole};      // boxes, sorted along the axes
-constexpr Grain looked_up = {4096, Grain::further};         // items anywhere in memory
-constexpr Grain box_rows = {256, Grain::whole};             // cells of sixteen, words of 64 slots
-constexpr Grain sorted_records = {16384, Grain::whole};
-constexpr Grain box_tests = {1 << 18, Grain::further};       // of two boxes, by brute force
-constexpr Grain changed_boxes = {512, Grain::further};       // that meet trees of all others
-constexpr Grain geom_tests = {8192, Grain::further};         // pairs that the geoms decide
-constexpr Grain listed_pairs = {8192, Grain::whole};         // for the narrow phase
-constexpr Grain axis_pairs = {8192, Grain::whole};           // of the fullest axis of axis lists
-constexpr Grain tested_candidates = {8192, Grain::further};  // pairs of fat boxes
-constexpr Grain passed_pairs = {1 << 16, Grain::further};    // gone through in their order
-constexpr Grain handed_out_pairs = {2 * block_pairs, Grain::whole};
+constexpr Grain slots = {1024, Grain::further};         // whose geoms are read
+constexpr Grain items = {1024, Grain::whole};           // pairs for the program, slots for sorts
+constexpr Grain cells = {256, Grain::whole};            // of sixteen boxes, or words of 64 slots
+constexpr Grain changed_boxes = {512, Grain::further};  // that meet trees of all others
+constexpr Grain box_tests = {1 << 18, Grain::further};  // of two boxes, by brute force
+constexpr Grain tested_pairs = {8192, Grain::further};
+constexpr Grain moved_pairs = {8192, Grain::whole};        // sorted, or copied to another list
+constexpr Grain passed_pairs = {1 << 16, Grain::further};  // gone through in their order
 constexpr Grain collided_pairs = {256, Grain::whole};
 constexpr Grain heavy_pairs = {8, Grain::whole};  // of slow colliders
 constexpr Grain cast_rays = {64, Grain::whole};   // for their nearest hits

@@ -61,7 +61,7 @@ class ChangedPairs {
     clearForTeam(parts_, team);
     hits_.resize(std::max(hits_.size(), static_cast<std::size_t>(team)));
     const int used =
-        runChunks(meeting_changed, team, count, chunkOf(count, changed_chunk, team),
+        runChunks(meeting_changed, team, count, chunkOf(count, chunk_searches, team),
                   [&](const Range& range, int thread) {
                     for (std::size_t i = range.begin; i < range.end; ++i) {
                       const Slot slot = changed[i];

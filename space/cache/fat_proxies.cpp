@@ -106,7 +106,7 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
   for (std::size_t word = words; word < left_.words(); ++word) left_.setWord(word, 0);
   const KernelSet& kernel = kernelSet();
   const bool filters = boxes.filter_bits || boxes.filter_bodies;
-  runTeam(leaving, teamFor(words, grains::box_rows, threads), [&](int thread, int team) {
+  runTeam(leaving, teamFor(words, grains::cells, threads), [&](int thread, int team) {
     const Range own = ownPart(words, thread, team);
     for (std::size_t word = own.begin; word < own.end; ++word) {
       const std::size_t first = word * word_slots, count = std::min(both - first, word_slots);
@@ -185,7 +185,7 @@ int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   fat_.filter_bodies = boxes.filter_bodies;
   fat_.exact = true;  // of candidates none is borderline
   fat_.resize(boxes.size);
-  const int most = teamFor(boxes.size, grains::packed_slots, threads);
+  const int most = teamFor(boxes.size, grains::slots, threads);
   runTeam(fattening, most, [&](int thread, int team) {
     const Range own = ownPart(boxes.size, thread, team);
     for (std::size_t slot = own.begin; slot < own.end; ++slot)
@@ -225,7 +225,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
 int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest& test,
                                PairList& pairs) {
   const std::size_t count = candidates_.size();
-  const int most = teamFor(count, grains::tested_candidates, threads);
+  const int most = teamFor(count, grains::tested_pairs, threads);
   const KernelSet& kernel = kernelSet();
   const bool is_open = test.everyPair() || (tolerance_ == 0 && !boxes.exact);
   pairs.clear(static_cast<std::size_t>(most));

@@ -123,7 +123,7 @@ dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geo
 void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
                Buffer<dParallelSAPPair>& all) {
   all.resizeDiscarding(pairs.size());
-  const int most = teamFor(pairs.size(), grains::listed_pairs, threads);
+  const int most = teamFor(pairs.size(), grains::moved_pairs, threads);
   runTeam(listing, most, [&](int thread, int team) {
     const Range own = ownPart(pairs.size(), thread, team);
     dParallelSAPPair* to = all.data() + own.begin;

@@ -62,7 +62,7 @@ int handOutBlocks(const PairList& pairs, const Scene& scene, const PairsRequest&
   if (!request.callback) return 1;
   const Reports::Open open(scene.reports, !request.concurrent());
   const std::size_t count = pairs.size();
-  const int team = request.concurrent() ? teamFor(count, grains::handed_out_pairs, threads) : 1;
+  const int team = request.concurrent() ? teamFor(count, grains::items, threads) : 1;
   std::atomic<bool> failed{false};
   ChunkQueue queue(count, PairBlock::size);
   return runTeam(handing_out, team, [&](int, int) {

@@ -38,7 +38,7 @@ int Policy::teamFor(std::size_t slots, const Settings& settings) {
   if (slots <= small_scene_slots && !teamsAreTested()) return 1;  // without asking OpenMP
   const bool tests_all = settings.method == dParallelSAPMethodBruteForce ||
                          settings.method == dParallelSAPMethodAxisLists;
-  return ode_parallel_sap::teamFor(slots, tests_all ? grains::scene_of_all_tests : grains::scene,
+  return ode_parallel_sap::teamFor(slots, tests_all ? grains::items : grains::scene,
                                    threadsFor(settings));
 }
 

@@ -37,8 +37,8 @@ void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePa
   constexpr std::size_t ahead = prefetch_distance / 2;
   constexpr Slot cached = 4096;  // fixed: geoms in a second-level cache of 2 MB
   const bool is_large = geoms.count > 0 && geoms.slot(geoms.count - 1) >= cached;
-  for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
-    const std::size_t end = std::min(begin + update_block, range.end);
+  for (std::size_t begin = range.begin; begin < range.end; begin += prefetch_distance) {
+    const std::size_t end = std::min(begin + prefetch_distance, range.end);
     for (std::size_t i = begin; i < end && is_large; ++i) {
       if (const dxGeom* const later = i + ahead < range.end ? geoms.geom(i + ahead) : nullptr)
         prefetchState(later);
@@ -159,7 +159,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
       bits |= std::uint64_t{geoms[first + i] != nullptr} << i;
     return bits;
   };
-  const int most = teamFor(looks, grains::packed_slots, threads);
+  const int most = teamFor(looks, grains::slots, threads);
   return runTeam(noticing, most, [&](int thread, int team) {
     const Range words = ownPart(watched_.words(), thread, team);
     const auto looksIn = [&](std::size_t word) -> std::uint64_t {
@@ -230,8 +230,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
     states_[slot] = packer_.pack(geom, slot, part.facts, boxes_);
     count(states_[slot], 1, part.facts);
   };
-  forGeoms(ListedGeoms{geoms, slots_}, teamFor(slots_.size(), grains::packed_slots, threads),
-           packSlot);
+  forGeoms(ListedGeoms{geoms, slots_}, teamFor(slots_.size(), grains::slots, threads), packSlot);
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)
       watched_.erase(slot);

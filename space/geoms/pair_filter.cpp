@@ -83,7 +83,7 @@ Pair* PairFilter::keep(Pair* begin, Pair* end) const {
 // Each thread copies its share to a part of its own.
 void verifyPairs(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
                  const PairList& pairs, PairList& verified) {
-  const int most = user_classes ? 1 : teamFor(pairs.size(), grains::looked_up, threads);
+  const int most = user_classes ? 1 : teamFor(pairs.size(), grains::tested_pairs, threads);
   verified.clear(static_cast<std::size_t>(most));
   runTeam(verifying, most, [&](int thread, int team) {
     const Range own = ownPart(pairs.size(), thread, team);

@@ -55,7 +55,7 @@ bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
   std::atomic<bool> same{known_ && size_ == boxes.size};
   size_ = boxes.size;
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
-  const int most = teamFor(words, grains::box_rows, threads);
+  const int most = teamFor(words, grains::cells, threads);
   runTeam(comparing, most, [&](int thread, int team) {
     const Range range = ownPart(words, thread, team);
     for (std::size_t word = range.begin; word < range.end; ++word) {

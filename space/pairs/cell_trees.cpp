@@ -56,7 +56,7 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of,
   std::size_t nodes = 0;
   for (std::size_t tree = 0; tree < views_.size(); ++tree) nodes += groupsFor(cells(tree));
   // Whole parents to a thread, so that each makes the bounds of its own cells at once.
-  runTeam(packing, teamFor(cells(), grains::box_rows, threads), [&](int thread, int team) {
+  runTeam(packing, teamFor(cells(), grains::cells, threads), [&](int thread, int team) {
     const Range own = ownPart(nodes, thread, team);
     std::size_t first_node = 0;  // of a tree
     for (std::size_t tree = 0; tree < views_.size() && first_node < own.end; ++tree) {

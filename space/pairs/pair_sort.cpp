@@ -58,7 +58,7 @@ void sortBucket(Pair* pairs, Pair* scratch, std::size_t count, int slot_bits, in
 void sortInBuckets(const std::vector<Buffer<Pair>>& found, int slot_bits, int team, Pair* scratch,
                    Pair* pairs) {
   int bits = 0;
-  while (bits < slot_bits && 1 << bits < buckets_a_thread * team) ++bits;
+  while (bits < slot_bits && std::size_t{1} << bits < tasks_a_thread * team) ++bits;
   const std::size_t buckets = std::size_t{1} << bits;
   const int low_bit = 32 + slot_bits - bits;
   const auto bucketOf = [=](Pair pair) { return pair >> low_bit & (buckets - 1); };
@@ -96,7 +96,7 @@ void sortPairs(const std::vector<Buffer<Pair>>& found, std::size_t slots, int th
   Pair* const all = pairs.parts[0].data();
   int slot_bits = 1;
   while ((slots - 1) >> slot_bits) ++slot_bits;
-  if (const int team = teamFor(count, grains::sorted_records, threads); team > 1) {
+  if (const int team = teamFor(count, grains::moved_pairs, threads); team > 1) {
     sortInBuckets(found, slot_bits, team, scratch.data(), all);
   } else {
     Pair* end = all;

@@ -125,7 +125,7 @@ int RowTable::writePairs(bool exact, int threads, const PairTest* test, PairList
   pairs.parts[0].resizeDiscarding(count);
   Pair* const written = pairs.parts[0].data();
   chunks_.resizeDiscarding(chunks);
-  const int team = teamFor(count + slots_, grains::sorted_records, threads);
+  const int team = teamFor(count + slots_, grains::moved_pairs, threads);
   const int used = runChunks(
       writing, team, chunks, 1,
       [&](const Range& range, int thread) {

@@ -19,7 +19,7 @@ void Sweep<Real>::planTasks(int threads) {
   tasks_.clear();
   const std::size_t trees = trees_.count();
   const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
-  const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_cells);
+  const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_searches);
   for (std::size_t own = 0; own < trees; ++own)
     for (std::size_t begin = 0, cells = trees_.cells(own); begin < cells; begin += task_cells)
       tasks_.push_back({trees_.views(), trees, own, begin, std::min(begin + task_cells, cells)});

@@ -97,7 +97,7 @@ void AxisRows::layOut() {
 }
 
 void sortAxes(const BoxSet& boxes, int threads, AxisRows (&rows)[3]) {
-  const int most = teamFor(boxes.size, grains::sorted_members, threads);
+  const int most = teamFor(boxes.size, grains::items, threads);
   runTeam(sorting, most, [&](int thread, int team) {
     for (int axis = thread; axis < 3; axis += team) {
       noteWork();
@@ -155,7 +155,7 @@ int AxisLists::find(const BoxSet& boxes, int threads, PairList& pairs, const Pai
   reserveLists();
   const AxisChoice axes = chooseAxes(rows_);
   const std::uint64_t count = rows_[axes.fullest].pairs();
-  threads = teamFor(count, grains::axis_pairs, threads);
+  threads = teamFor(count, grains::moved_pairs, threads);
   for (int axis = 0; axis < 3; ++axis) {
     const AxisRows& rows = rows_[axis];
     runChunks(filling, threads, rows.pairs(), chunkOf(rows.pairs(), chunk_pairs, threads),

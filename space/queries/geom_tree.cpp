@@ -53,7 +53,7 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads, BoxSet (&boxes
   Buffer<BasicBox<Real>>& all = boxBufferOf<Real>(boxes[bounded]);
   all.resizeDiscarding(boxes[bounded].size = geoms.size());
   std::atomic<std::size_t> count{0};
-  const int most = teamFor(geoms.size(), grains::packed_slots, threads);
+  const int most = teamFor(geoms.size(), grains::slots, threads);
   clearForTeam(apart, most);
   runTeam(packing, most, [&](int thread, int team) {
     std::size_t own_count = 0;
@@ -157,7 +157,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
 
 bool GeomTree::clean(const Geoms& geoms) {
   if (!tree_ || !tree_->built || tree_->all_changed) return false;
-  if (tree_->changed.size() > grains::packed_slots.work) return false;  // for several threads
+  if (tree_->changed.size() > grains::slots.work) return false;  // for several threads
   for (const Slot slot : tree_->changed) {
     dxGeom* const geom = geomAt(geoms, slot);
     if (geom && geom->gflags & GEOM_DIRTY) cleanGeom(geom);

@@ -26,7 +26,7 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   std::fill(places_.begin(), places_.end(), nowhere);
   const CellBoxes of = order.boxesOfCells();
   trees_.build(boxes, of, order.classEnds(), threads);
-  runTeam(numbering, teamFor(cells(), grains::box_rows, threads), [&](int thread, int team) {
+  runTeam(numbering, teamFor(cells(), grains::cells, threads), [&](int thread, int team) {
     const Range own = ownPart(cells(), thread, team);
     for (std::size_t cell = own.begin; cell < own.end; ++cell)
       for (std::uint32_t i = of.starts[cell]; i < of.starts[cell + 1]; ++i)
