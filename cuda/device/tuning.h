@@ -18,10 +18,6 @@ constexpr int blocks_a_processor = 8;
 // Items that a thread takes before there are that many blocks: what a block prepares is worth it.
 constexpr int items_a_thread = 4;
 
-// What several devices pass on to each other at a time, at least: 60 us at full speed hide what
-// starting a piece costs. Unit: bytes. A round number.
-constexpr std::size_t piece_bytes = 3 << 20;
-
 // The sweep.
 
 // More boxes than this with one key are a cluster: its cells would have no order, and each would

@@ -67,7 +67,7 @@ struct Context {
 
   PageLock boxes_lock, bits_lock, bodies_lock, pairs_lock;
   std::vector<std::unique_ptr<Event>> stage_events;
-  Event piece_here, slice_here, filters_here, searched, result_here;
+  Event piece_here, searched, result_here;
   CachedGraph graph;
   Stream compute, up, down;
 

@@ -34,6 +34,7 @@ std::size_t segmentsFor(std::size_t pairs) {
 }  // namespace
 
 void DeviceSweep::wait() {
+  brought_ = 0;
   if (isGone()) return;
   const ScopedDevice device(driver_context_, std::nothrow);
   for (const cudaStream_t stream :
@@ -45,27 +46,51 @@ std::uint32_t DeviceSweep::wantedRow() const {
   return rowLengthFor(pairs_a_slot_, row_length_);
 }
 
-void DeviceSweep::begin(const Frame& frame) {
-  frame_ = frame;
+void DeviceSweep::begin(const BoxSet& boxes, const Part& part, std::uint32_t row_length) {
+  frame_ = {boxes.size, false, false, false, part, row_length};
   Context& c = *context_;
   reserve();
+  c.boxes_lock.lock(boxes.boxes.data(), boxes.boxes.bytes(), driver_context_);
   mark(Start);
   clearPlan(c.plan.data(), c.compute);
-  if (frame.isShared()) follow(c.up, c.compute);
 }
 
 // A copy takes up to twice as long as the kernel if the boxes are still in a processor's caches.
-void DeviceSweep::bring(const Box* boxes, std::size_t first, std::size_t last) {
+void DeviceSweep::bring(const BoxSet& boxes, std::size_t last) {
   Context& c = *context_;
-  if (void* const mapped = c.boxes_lock.mapped()) {
-    survey(static_cast<const float*>(mapped), first, last, c.boxes.data(), c.plan.data(),
-           {frame_.isShared() ? c.up : c.compute, c.processors});
-    if (frame_.isShared()) follow(c.compute, c.up);
-  } else {
-    CHECK_CUDA(cudaMemcpyAsync(reinterpret_cast<Box*>(c.boxes.data()) + first, boxes + first,
-                               (last - first) * sizeof(Box), cudaMemcpyHostToDevice, c.up));
-    arrived(first, last, c.up);
+  const std::size_t first = brought_;
+  if (first == last) return;
+  const float* from = static_cast<const float*>(c.boxes_lock.mapped());
+  if (!from) {
+    from = c.boxes.data();
+    CHECK_CUDA(cudaMemcpyAsync(reinterpret_cast<Box*>(c.boxes.data()) + first,
+                               boxes.boxes.data() + first, (last - first) * sizeof(Box),
+                               cudaMemcpyHostToDevice, c.compute));
   }
+  survey(from, first, last, c.boxes.data(), c.plan.data(), c.queue());
+  brought_ = last;
+}
+
+void DeviceSweep::setFilters(const BoxSet& boxes) {
+  frame_.filter_bits = boxes.filter_bits;
+  frame_.filter_bodies = boxes.filter_bodies;
+  frame_.exact = boxes.exact;
+  brought_ = 0;
+}
+
+template <class Value>
+void DeviceSweep::bringFilter(const Buffer<Value>& from, DeviceBuffer<Value>& to, PageLock& lock) {
+  to.reserve(frame_.boxes);
+  lock.lock(from.data(), from.bytes(), driver_context_);
+  CHECK_CUDA(cudaMemcpyAsync(to.data(), from.data(), frame_.boxes * sizeof(Value),
+                             cudaMemcpyHostToDevice, context_->up));
+}
+
+void DeviceSweep::bringFilters(const BoxSet& boxes) {
+  Context& c = *context_;
+  if (boxes.filter_bits) bringFilter(boxes.bits, c.bits, c.bits_lock);
+  if (boxes.filter_bodies) bringFilter(boxes.bodies, c.bodies, c.bodies_lock);
+  follow(c.compute, c.up);
 }
 
 // Work on `later` waits for what is on `earlier` so far.
@@ -77,12 +102,6 @@ void DeviceSweep::follow(cudaStream_t later, cudaStream_t earlier) {
 void DeviceSweep::openPairs(const Buffer<Pair>& to) {
   context_->pairs_lock.lock(to.data(), to.bytes(), driver_context_);
   host_places_ = to.capacity();
-}
-
-void DeviceSweep::arrived(std::size_t first, std::size_t last, cudaStream_t stream) {
-  Context& c = *context_;
-  follow(c.compute, stream);
-  survey(c.boxes.data(), first, last, c.boxes.data(), c.plan.data(), c.queue());
 }
 
 void DeviceSweep::reserve() {

@@ -11,9 +11,9 @@
 
 namespace ode_parallel_sap {
 
-// Calls come in the order open, openPairs, begin, arrived..., order and search or orderAndSearch,
-// isDone until it is true, then sendPairs and finishPairs; or release at any time. The device is
-// current for the calling thread. All but wait and release throw DeviceFailure.
+// Calls come in the order open, begin, bring..., setFilters, openPairs, order and search or
+// orderAndSearch, isDone until it is true, then sendPairs and finishPairs; or release at any time.
+// The device is current for the calling thread. All but wait and release throw DeviceFailure.
 class DeviceSweep : public OnDevice<Context> {
  public:
   // What is in a frame. Box i is that of slot i.
@@ -32,13 +32,14 @@ class DeviceSweep : public OnDevice<Context> {
   // How long rows should be, by what learn() was told last.
   std::uint32_t wantedRow() const;
   // Room for the boxes to come.
-  void begin(const Frame& frame);
-  // Brings boxes [first, last) of these, whose pages boxes_lock may have locked. Of a part, work on
-  // `up` waits for them.
-  void bring(const Box* boxes, std::size_t first, std::size_t last);
-  // Boxes [first, last) are on their way on that stream. They are counted by bin when they have
-  // come.
-  void arrived(std::size_t first, std::size_t last, cudaStream_t stream);
+  void begin(const BoxSet& boxes, const device::Part& part, std::uint32_t row_length);
+  // Brings the boxes up to the last-th, which do not change any more, and counts them by bin.
+  void bring(const BoxSet& boxes, std::size_t last);
+  // How many are on their way, of a frame whose filters are not set yet.
+  std::size_t brought() const { return brought_; }
+  void setFilters(const BoxSet& boxes);
+  // The search waits for these, not order().
+  void bringFilters(const BoxSet& boxes);
   // Once all boxes are on their way. The host need not wait.
   void order();
   // Finds the pairs of the part; with no others, puts them into their lists, too.
@@ -89,7 +90,7 @@ class DeviceSweep : public OnDevice<Context> {
   void readTimes();
   CudaStageTimes* times = nullptr;  // null: not measured
 
-  // Waits for all that is under way, whatever becomes of it.
+  // Waits for all that is under way, whatever becomes of it, and forgets the boxes.
   void wait();
 
  private:
@@ -97,6 +98,8 @@ class DeviceSweep : public OnDevice<Context> {
   static constexpr double first_pairs_a_slot = 5;
   static constexpr std::size_t least_places_a_box = 8;
 
+  template <class Value>
+  void bringFilter(const Buffer<Value>& from, DeviceBuffer<Value>& to, PageLock& lock);
   void follow(cudaStream_t later, cudaStream_t earlier);
   void reserve();
   void reservePairs(std::size_t pairs, std::size_t beyond);
@@ -114,6 +117,7 @@ class DeviceSweep : public OnDevice<Context> {
   device::Rows rows() { return {context_->rows.data(), row_length_}; }
 
   Frame frame_;
+  std::size_t brought_ = 0;
   // From the last search, with a quarter more: pairs, and places taken by those beyond the rows.
   // And how many pairs a slot has, of all parts together.
   std::size_t pairs_expected_ = 0, beyond_expected_ = 0;

@@ -14,10 +14,6 @@ namespace {
 // then, which is only slow.
 constexpr int most_rounds = 16;
 
-// fixed: parts of a slice that are passed on while the next ones arrive. The last one is waited
-// for.
-constexpr std::size_t most_exchanged = 16;
-
 template <class Value>
 struct Values {
   const Value* at;
@@ -93,103 +89,31 @@ void DeviceGroup::readOthers(std::size_t index, DeviceBuffer<Value>& copies, Val
   });
 }
 
-// One array of the frame, an element a slot.
-template <class Value>
-struct DeviceGroup::Array {
-  const Buffer<Value>& from;
-  std::size_t count;
-  PageLock Context::*lock;
-  Value* (*to)(Context&);  // where it goes on a device, which has room for it
-};
-
-// Each member's slice travels over its own link, and on from there to the others. send(member,
-// begin, end) is to start elements [begin, end) on their way to a member, and arrived(member,
-// begin, end, stream) is called when others are that come from another member. An array that is not
-// locked travels as well: the driver copies it first.
-template <class Value, class Send, class Arrived>
-void DeviceGroup::bring(const Array<Value>& array, Send send, Arrived arrived) {
-  const std::size_t slice_bytes = array.count * sizeof(Value) / members_.size();
-  const std::size_t rounds =
-      isShared() ? std::clamp<std::size_t>(slice_bytes / device::piece_bytes, 1, most_exchanged)
-                 : 1;
-  each([&](DeviceSweep& member, std::size_t) {
-    (member.context()->*array.lock)
-        .lock(array.from.data(), array.from.bytes(), member.driverContext());
+// Makes the devices ready for the boxes of a frame, which have storage.
+void DeviceGroup::begin(const BoxSet& boxes) {
+  for (DeviceSweep* member : members_) {
+    member->checkContext();
+    if (member->brought() > 0) member->wait();  // the last frame ended there
+  }
+  each([](DeviceSweep& member, std::size_t) {
+    cudaGetLastError();  // not ours
+    member.open();
   });
-  for (std::size_t round = 0; round < rounds; ++round)
-    bringSlices(array, static_cast<int>(round), static_cast<int>(rounds), send, arrived);
-}
-
-// A round of several brings a part of each slice.
-template <class Value, class Send, class Arrived>
-void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, Send send,
-                              Arrived arrived) {
-  const int members = static_cast<int>(members_.size());
-  const auto sliceOf = [&](std::size_t index) {
-    const Range whole = partOf(array.count, static_cast<int>(index), members);
-    const Range part = partOf(whole.end - whole.begin, round, rounds);
-    return Range{whole.begin + part.begin, whole.begin + part.end};
-  };
+  const std::uint32_t row_length = members_[0]->wantedRow();
   each([&](DeviceSweep& member, std::size_t index) {
-    Context& c = *member.context();
-    const Range slice = sliceOf(index);
-    send(member, slice.begin, slice.end);
-    if (isShared()) CHECK_CUDA(cudaEventRecord(c.slice_here, c.up));
-  });
-  each([&](DeviceSweep& member, std::size_t index) {
-    Context& c = *member.context();
-    eachOther(index, [&](DeviceSweep& other, std::size_t its) {
-      const Range slice = sliceOf(its);
-      CHECK_CUDA(cudaStreamWaitEvent(c.down, other.context()->slice_here, 0));
-      copyBetween(member, array.to(c) + slice.begin, other,
-                  array.to(*other.context()) + slice.begin, slice.end - slice.begin, c.down);
-      arrived(member, slice.begin, slice.end, c.down);
-    });
+    const device::Part part = {static_cast<std::uint32_t>(index),
+                               static_cast<std::uint32_t>(members_.size())};
+    member.begin(boxes, part, row_length);
   });
 }
 
-// Boxes are counted by bin as they come.
-void DeviceGroup::bringBoxes(const BoxSet& boxes) {
-  const Array<Box> array = {boxes.boxes, boxes.size, &Context::boxes_lock,
-                            [](Context& c) { return reinterpret_cast<Box*>(c.boxes.data()); }};
-  bring(
-      array,
-      [&](DeviceSweep& member, std::size_t begin, std::size_t end) {
-        if (begin < end) member.bring(boxes.boxes.data(), begin, end);
-      },
-      [](DeviceSweep& member, std::size_t begin, std::size_t end, cudaStream_t stream) {
-        if (begin < end) member.arrived(begin, end, stream);
-      });
-}
-
-void DeviceGroup::bringFilters(const BoxSet& boxes) {
-  const auto arrived = [](DeviceSweep& member, std::size_t, std::size_t, cudaStream_t stream) {
-    Context& c = *member.context();
-    CHECK_CUDA(cudaEventRecord(c.filters_here, stream));
-    CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.filters_here, 0));
-  };
-  each([&](DeviceSweep& member, std::size_t) {
-    if (boxes.filter_bits) member.context()->bits.reserve(boxes.size);
-    if (boxes.filter_bodies) member.context()->bodies.reserve(boxes.size);
-  });
-  const auto bringCopies = [&](const auto& array) {
-    bring(
-        array,
-        [&](DeviceSweep& member, std::size_t begin, std::size_t end) {
-          Context& c = *member.context();
-          CHECK_CUDA(cudaMemcpyAsync(array.to(c) + begin, array.from.data() + begin,
-                                     (end - begin) * sizeof *array.from.data(),
-                                     cudaMemcpyHostToDevice, c.up));
-          arrived(member, begin, end, c.up);
-        },
-        arrived);
-  };
-  if (boxes.filter_bits)
-    bringCopies(Array<FilterBits>{boxes.bits, boxes.size, &Context::bits_lock,
-                                  [](Context& c) { return c.bits.data(); }});
-  if (boxes.filter_bodies)
-    bringCopies(Array<BodyKey>{boxes.bodies, boxes.size, &Context::bodies_lock,
-                               [](Context& c) { return c.bodies.data(); }});
+void DeviceGroup::bring(const BoxSet& boxes, std::size_t first, std::size_t last) try {
+  if (first == 0) begin(boxes);
+  if (first != members_[0]->brought()) return;
+  each([&](DeviceSweep& member, std::size_t) { member.bring(boxes, last); });
+} catch (...) {
+  giveUp();
+  throw;
 }
 
 void DeviceGroup::search(const BoxSet& boxes) {
@@ -197,8 +121,10 @@ void DeviceGroup::search(const BoxSet& boxes) {
     each([](DeviceSweep& member, std::size_t) { member.orderAndSearch(); });
     return;
   }
-  each([](DeviceSweep& member, std::size_t) { member.order(); });
-  bringFilters(boxes);
+  each([&](DeviceSweep& member, std::size_t) {
+    member.order();
+    member.bringFilters(boxes);
+  });
   each([](DeviceSweep& member, std::size_t) { member.search(); });
 }
 
@@ -295,26 +221,15 @@ void DeviceGroup::giveUp() {
 void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
   using Clock = std::chrono::steady_clock;
   using Milliseconds = std::chrono::duration<float, std::milli>;
-  const auto count = static_cast<std::uint32_t>(members_.size());
   try {
-    for (DeviceSweep* member : members_) member->checkContext();
-    each([](DeviceSweep& member, std::size_t) {
-      cudaGetLastError();  // not ours
-      member.open();
-    });
-    const std::uint32_t row_length = members_[0]->wantedRow();
+    if (members_[0]->brought() == 0) begin(boxes);
     pairs.clear(members_.size());
     each([&](DeviceSweep& member, std::size_t index) {
+      member.bring(boxes, boxes.size);
+      member.setFilters(boxes);
       member.openPairs(pairs.parts[index]);
-      member.begin({boxes.size,
-                    boxes.filter_bits,
-                    boxes.filter_bodies,
-                    boxes.exact,
-                    {static_cast<std::uint32_t>(index), count},
-                    row_length});
     });
     if (isShared()) link();
-    bringBoxes(boxes);
     const Clock::time_point sent = Clock::now();
     each([](DeviceSweep& member, std::size_t) { member.mark(Uploaded); });
     search(boxes);

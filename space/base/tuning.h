@@ -46,6 +46,12 @@ constexpr std::size_t least_mapped = std::size_t{1} << 16;
 // asking for them ahead cost a third of a report that only counts, at 1,000,000 it saved a third.
 constexpr std::size_t far_slots = std::size_t{1} << 18;
 
+// Devices read boxes while others are packed: 7/8 of those that are left at a time, as to pack one
+// takes ten times as long as to read it, while the rest is at least so many, read in 4 us. A round
+// number.
+constexpr std::size_t least_unread_boxes = 8192;
+constexpr std::size_t unread_share = 8;
+
 // Geoms are brought up to date in blocks of so many.
 constexpr std::size_t update_block = prefetch_distance;
 

@@ -85,6 +85,7 @@ class ChangingScene {
 struct Seen {
   int frames = 0, shared = 0, failures = 0, with_rows = 0, without_rows = 0, beyond_rows = 0;
   int read = 0, copied = 0;  // frames in which rows of other devices were
+  int pieces = 0;            // of boxes that came before find()
 };
 
 // Some members, each a device of its own or not, and a scene, for some frames. Which devices can
@@ -141,6 +142,7 @@ class Run {
     if (failing) failCudaCall(1 + random_.below(120 * used_));
     DeviceGroup group(used);
     try {
+      bringSome(group, used);
       group.find(scene_.boxes(), pairs_);
     } catch (const DeviceFailure&) {
       REQUIRE(failing);
@@ -150,6 +152,22 @@ class Run {
     }
     failCudaCall(0);
     return true;
+  }
+
+  // Boxes from the first on, in pieces; find() brings the others. Sometimes in vain.
+  void bringSome(DeviceGroup& group, const std::vector<DeviceSweep*>& used) {
+    if (random_.chance(0.4)) return;
+    const BoxSet& boxes = scene_.boxes();
+    for (std::size_t first = 0, last = 0; first < boxes.size && random_.chance(0.8); first = last) {
+      last = first + 1 + random_.below(boxes.size - first);
+      group.bring(boxes, first, last);
+      REQUIRE(used[0]->brought() == last);
+      seen_.pieces += first > 0;
+    }
+    const bool forgotten = random_.chance(0.2);
+    if (forgotten) group.bring(boxes, 1 + random_.below(boxes.size), boxes.size);
+    if (forgotten && random_.chance(0.5))
+      for (DeviceSweep* member : used) member->wait();
   }
 
   void check(const std::vector<DeviceSweep*>& used) {
@@ -210,6 +228,7 @@ TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "
   CHECK(seen.beyond_rows > 0);
   CHECK(seen.read > 0);
   CHECK(seen.copied > 0);
+  CHECK(seen.pieces > 0);
   CHECK(emulation::device(0).replays > 0);
 }
 
