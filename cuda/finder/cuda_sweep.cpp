@@ -38,8 +38,13 @@ int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs, const Pai
 }
 
 void CudaSweep::takeDevices() {
-  for (int device; sweeps_.size() < wanted_ && (device = source_(taken_)) >= 0; ++taken_)
-    sweeps_.push_back(std::make_unique<DeviceSweep>(device));
+  for (int device; sweeps_.size() < wanted_ && (device = source_(taken_)) >= 0; ++taken_) try {
+      auto sweep = std::make_unique<DeviceSweep>(device);
+      for (const auto& other : sweeps_) linkDevices(other->driverContext(), sweep->driverContext());
+      sweeps_.push_back(std::move(sweep));
+    } catch (const DeviceFailure& failure) {
+      failures_.push_back({device, failure.what(), failure.out_of_memory});
+    }
   devices_used_ = std::min(wanted_, sweeps_.size());
 }
 

@@ -302,21 +302,10 @@ void DeviceSweep::reserveOwn() {
   context_->lists.reserve(pairs());
 }
 
-void DeviceSweep::takePairs(const Found* found, std::size_t count) {
+void DeviceSweep::takePairs(const DeviceSweep& of) {
   Context& c = *context_;
-  scatterOwnPairs(found, count, c.plan.data(), openLists(), c.queue());
-  mark(Scattered);
-}
-
-DeviceSweep::OwnRows DeviceSweep::ownRowsOf(const DeviceSweep& part) const {
-  const SlotRange own = context_->host_counters[0].own;
-  return {part.context_->rows.data() + std::size_t{own.begin} * row_length_,
-          std::size_t{own.end - own.begin} * row_length_};
-}
-
-void DeviceSweep::takeRows(const std::uint32_t* words) {
-  list_rows_.first_slot = context_->host_counters[0].own.begin;
-  list_rows_.of[list_rows_.parts++].words = words;
+  scatterOwnPairs(of.context_->found.data(), of.found(), c.plan.data(), openLists(), c.queue());
+  list_rows_.of[list_rows_.parts++].words = of.context_->rows.data();
 }
 
 // The host's list, if its pages are locked: a kernel writes it as fast as a copy, and sooner.
@@ -334,8 +323,8 @@ std::size_t DeviceSweep::sortedPlaces() const {
 // The lists after scatter, and where they go when they are sorted.
 Lists DeviceSweep::lists() {
   Context& c = *context_;
-  ListRows rows = list_rows_;  // none yet until takeRows
-  if (!frame_.isShared()) rows = {{{c.rows.data(), nullptr}}, 1, row_length_, 0};
+  ListRows rows = list_rows_;  // none yet until takePairs
+  if (!frame_.isShared()) rows = {{{c.rows.data(), nullptr}}, 1, row_length_};
   return {rows,           c.lists.data(),
           sortedPlaces(), c.begins.data(),
           frame_.boxes,   {sortedPairs(), c.borderline.data()}};

@@ -63,19 +63,11 @@ class DeviceSweep : public OnDevice<Context> {
   // ignored.
   bool divideClusters(int round);
   void searchAgain(bool ignore_clusters);
-  // Of a part: room for its own pairs, then has those of the found ones, here or elsewhere, put
-  // into their lists.
+  // Of a part: room for its own pairs, then takes those that a part, this one or another, has
+  // found into its lists, in the order in which listOwn was given the counts, before any list is
+  // sorted.
   void reserveOwn();
-  void takePairs(const device::Found* found, std::size_t count);
-  // Of a part, whose lists are made of all parts' rows: those of its own slots in another one's, or
-  // in its own; and says where they are now, in the order in which listOwn was given the counts,
-  // before any list is sorted.
-  struct OwnRows {
-    const std::uint32_t* words;
-    std::size_t count;  // of words
-  };
-  OwnRows ownRowsOf(const DeviceSweep& part) const;
-  void takeRows(const std::uint32_t* words);
+  void takePairs(const DeviceSweep& of);
 
   // Where pairs are to go, from before the search on: they do so at once if they have room, and if
   // this is the second time in a row.

@@ -90,7 +90,7 @@ __global__ void __launch_bounds__(block_threads)
 
 // The row of a slot in a part's rows; whole lines of 16 bytes.
 __device__ const std::uint32_t* rowOf(const ListRows& rows, std::uint32_t part, std::size_t slot) {
-  return rows.of[part].words + (slot - rows.first_slot) * rows.length;
+  return rows.of[part].words + slot * rows.length;
 }
 
 // Words of a slot in a part's row, where there are several parts.

@@ -49,17 +49,15 @@ struct SortedPairs {
   std::uint8_t* borderline;
 };
 
-// The rows of all parts of the scene, from that of `first_slot` on. A row has as many words as its
-// part has counted pairs of the slot, or as there is room for. Where there is one part only, whose
+// The rows of all parts of the scene. A row has as many words as its part has counted pairs of the
+// slot, or as there is room for. Where there is one part only, whose
 // counts are used up by scatter, the length of the list tells.
 struct ListRows {
   struct OfPart {
-    const std::uint32_t* words;
-    const std::uint32_t* counts;  // from slot 0 on
+    const std::uint32_t *words, *counts;
   };
   OfPart of[most_parts];
   std::uint32_t parts, length;
-  std::uint32_t first_slot;
 };
 
 // The lists after scatter, and where they go as pairs when they are sorted. The first words of a

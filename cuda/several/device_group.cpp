@@ -14,20 +14,6 @@ namespace {
 // then, which is only slow.
 constexpr int most_rounds = 16;
 
-template <class Value>
-struct Values {
-  const Value* at;
-  std::size_t count;
-};
-
-template <class T>
-void copyBetween(DeviceSweep& to, T* at, const DeviceSweep& from, const T* values,
-                 std::size_t count, cudaStream_t stream) {
-  if (count)
-    CHECK_CUDA(
-        cudaMemcpyPeerAsync(at, to.device(), values, from.device(), count * sizeof(T), stream));
-}
-
 }  // namespace
 
 // Calls work(member, its number) with its device current.
@@ -43,50 +29,6 @@ template <class Work>
 void DeviceGroup::eachOther(std::size_t of, Work work) {
   for (std::size_t i = 0; i < members_.size(); ++i)
     if (i != of) work(*members_[i], i);
-}
-
-// Lets devices read each other's memory, where they can. Copies go through the host's otherwise.
-void DeviceGroup::link() {
-  each([&](DeviceSweep& member, std::size_t index) {
-    std::vector<int>& linked = member.context()->linked;
-    eachOther(index, [&](DeviceSweep& other, std::size_t) {
-      if (other.device() == member.device()) return;
-      if (std::find(linked.begin(), linked.end(), other.device()) != linked.end()) return;
-      linked.push_back(other.device());
-      int can = 0;
-      CHECK_CUDA(cudaDeviceCanAccessPeer(&can, member.device(), other.device()));
-      if (!can) return;
-      const cudaError_t status = cudaDeviceEnablePeerAccess(other.device(), 0);
-      if (status != cudaSuccess) cudaGetLastError();
-      if (status == cudaSuccess || status == cudaErrorPeerAccessAlreadyEnabled)
-        member.context()->readable.push_back(other.device());
-    });
-  });
-}
-
-// Calls use(values, count) with what valuesOf(other) gives of each other member: where they are or,
-// of devices whose memory this one cannot read, in copies.
-template <class Value, class ValuesOf, class Use>
-void DeviceGroup::readOthers(std::size_t index, DeviceBuffer<Value>& copies, ValuesOf valuesOf,
-                             Use use) {
-  DeviceSweep& member = *members_[index];
-  const std::vector<int>& readable = member.context()->readable;
-  const auto canRead = [&](const DeviceSweep& other) {
-    return std::find(readable.begin(), readable.end(), other.device()) != readable.end();
-  };
-  std::size_t copied = 0;
-  eachOther(index, [&](DeviceSweep& other, std::size_t) {
-    if (!canRead(other)) copied += valuesOf(other).count;
-  });
-  copies.reserve(copied);
-  Value* copy = copies.data();
-  eachOther(index, [&](DeviceSweep& other, std::size_t) {
-    const Values<Value> values = valuesOf(other);
-    if (canRead(other)) return use(values.at, values.count);
-    copyBetween(member, copy, other, values.at, values.count, member.context()->compute);
-    use(copy, values.count);
-    copy += values.count;
-  });
 }
 
 // Makes the devices ready for the boxes of a frame, which have storage.
@@ -139,33 +81,20 @@ void DeviceGroup::shareCounts() {
       CHECK_CUDA(cudaStreamWaitEvent(c.compute, other.context()->searched, 0));
     });
     device::PartCounts counts = {{c.counts.data()}, 1, member.slots()};
-    readOthers(
-        index, c.copied_counts,
-        [&](DeviceSweep& other) {
-          return Values<std::uint32_t>{other.context()->counts.data(), counts.slots};
-        },
-        [&](const std::uint32_t* of, std::size_t) { counts.of[counts.parts++] = of; });
+    eachOther(index, [&](DeviceSweep& other, std::size_t) {
+      counts.of[counts.parts++] = other.context()->counts.data();
+    });
     member.listOwn(counts);
   });
 }
 
-// All take their own pairs of what has been found.
+// All take their own pairs of what has been found, in the order in which they got the counts.
 void DeviceGroup::sharePairs() {
-  const auto found = [](DeviceSweep& member) {
-    return Values<device::Found>{member.context()->found.data(), member.found()};
-  };
   each([&](DeviceSweep& member, std::size_t index) {
     member.reserveOwn();
-    member.takePairs(found(member).at, found(member).count);
-    readOthers(index, member.context()->copied_pairs, found,
-               [&](const device::Found* at, std::size_t count) { member.takePairs(at, count); });
-    const auto rows = [&](const DeviceSweep& of) {
-      const DeviceSweep::OwnRows own = member.ownRowsOf(of);
-      return Values<std::uint32_t>{own.words, own.count};
-    };
-    member.takeRows(rows(member).at);
-    readOthers(index, member.context()->copied_rows, rows,
-               [&](const std::uint32_t* at, std::size_t) { member.takeRows(at); });
+    member.takePairs(member);
+    eachOther(index, [&](DeviceSweep& other, std::size_t) { member.takePairs(other); });
+    member.mark(Scattered);
   });
 }
 
@@ -229,7 +158,6 @@ void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
       member.setFilters(boxes);
       member.openPairs(pairs.parts[index]);
     });
-    if (isShared()) link();
     const Clock::time_point sent = Clock::now();
     each([](DeviceSweep& member, std::size_t) { member.mark(Uploaded); });
     search(boxes);

@@ -16,7 +16,7 @@ namespace ode_parallel_sap {
 // sequence of pairs is that of one device, and the host does no more than for one.
 //
 // All have to come to the same cells: devices of one generation do, whose arithmetic is the same.
-// One may stand for several.
+// They can read each other's memory (linkDevices). One may stand for several.
 class DeviceGroup {
  public:
   explicit DeviceGroup(std::vector<DeviceSweep*> members) : members_(std::move(members)) {}
@@ -37,9 +37,6 @@ class DeviceGroup {
   void each(Work work);
   template <class Work>
   void eachOther(std::size_t of, Work work);
-  void link();
-  template <class Value, class ValuesOf, class Use>
-  void readOthers(std::size_t index, DeviceBuffer<Value>& copies, ValuesOf valuesOf, Use use);
   void begin(const BoxSet& boxes);
   void search(const BoxSet& boxes);
   void shareCounts();

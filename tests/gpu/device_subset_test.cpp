@@ -191,16 +191,20 @@ TEST_CASE("Only devices of one generation share a scene", "[.][free-other-free]"
   CHECK(emulation::callsWithoutContext() == 0);
 }
 
-TEST_CASE("Devices that may not read each other's memory share a scene by copies",
-          "[.][no-links]") {
+TEST_CASE("Devices that may not read each other's memory share no scene", "[.][no-links]") {
   REQUIRE(machine == "--");
   const sap_test::Messages messages;
-  emulation::settings().links = emulation::Settings::Refused;
-  Scene scene(dParallelSAPBackendCUDA, 2);
-  CHECK(scene.collide(3).devices == 2);
-  CHECK(emulation::device(0).asked_links == 1);
-  CHECK(emulation::device(0).linked == 0);
-  CHECK(messages.all().empty());
+  using emulation::Settings;
+  for (const auto links : {Settings::None, Settings::Refused}) {
+    emulation::settings().links = links;
+    Scene scene(dParallelSAPBackendCUDA, 2);
+    CHECK(scene.collide(3).devices == 1);
+    CHECK(emulation::device(0).asked_links == (links == Settings::Refused));
+    CHECK(emulation::device(0).linked == 0);
+    REQUIRE(messages.all().size() == 1u + (links == Settings::Refused));
+    CHECK(contains(messages.all().back(), "GPU 1 failed (to read the memory of another GPU"));
+    CHECK(contains(messages.all().back(), "GPUs left: 1"));
+  }
 }
 
 TEST_CASE("Storage of one frame is not locked for two devices either", "[.][locks-of-two]") {
