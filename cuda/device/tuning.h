@@ -42,8 +42,7 @@ constexpr int cells_at_once = 2;
 // slots have more later ones: up to twice as many.
 constexpr std::size_t row_places_a_pair = 3;
 
-// Where rows would have to be longer there are none: most lists are, which takes longer with rows
-// (6,000 boxes in one spot: 1.5 times).
+// Rows are no longer than this. A round number.
 constexpr std::uint32_t most_row = 64;
 
 // The paper's lists.

@@ -43,13 +43,13 @@ struct Context {
   DeviceBuffer<BodyKey> bodies;
   DeviceBuffer<device::ScenePlan> plan;
   DeviceBuffer<std::uint32_t> keys[2], slots[2], starts;
-  DeviceBuffer<std::uint64_t> long_keys[2];
+  DeviceBuffer<std::uint64_t> long_keys[2];  // of clusters, and of long lists
   DeviceBuffer<std::uint8_t> flags;
   DeviceBuffer<char> sorted, tree;  // records
   DeviceBuffer<std::uint32_t> counts;
   DeviceBuffer<unsigned long long> begins;
   DeviceBuffer<std::uint32_t> long_slots;
-  device::LongListStore long_store;
+  DeviceBuffer<unsigned long long> long_offsets;
   DeviceBuffer<std::uint32_t> rows;        // the first words of each list
   DeviceBuffer<device::Found> found;       // pairs beyond the rows
   DeviceBuffer<std::uint32_t> lists;       // with these in their places
@@ -69,7 +69,7 @@ struct Context {
   std::size_t hostBytes() const { return bytesOf(host_counters, borderline); }
   std::size_t deviceBytes() const {
     return bytesOf(boxes, bits, bodies, plan, keys, slots, starts, long_keys, flags, sorted, tree,
-                   counts, begins, long_slots, long_store, rows, found, lists, pairs, all_counts,
+                   counts, begins, long_slots, long_offsets, rows, found, lists, pairs, all_counts,
                    scratch);
   }
   ScratchQueue queue() { return {{compute, processors}, scratch}; }

@@ -15,12 +15,10 @@ namespace {
 constexpr std::uint32_t least_row = 8;
 
 // Where lists have so many pairs on average: the last length, which spares the frame a new graph,
-// unless it is too short or four times too long. Where lists are long there are no rows: 0. Rows of
-// several devices are as long as of one, since the device that has a slot's cell finds most of its
-// pairs.
+// unless it is too short or four times too long. Rows of several devices are as long as of one,
+// since the device that has a slot's cell finds most of its pairs.
 std::uint32_t rowLengthFor(double pairs_a_slot, std::uint32_t last) {
-  const double wanted = pairs_a_slot * row_places_a_pair;
-  if (wanted > most_row) return 0;
+  const double wanted = std::min<double>(pairs_a_slot * row_places_a_pair, most_row);
   if (last >= wanted && last <= std::max<double>(least_row, 4 * wanted)) return last;
   std::uint32_t length = least_row;
   while (length < wanted) length *= 2;
@@ -47,7 +45,8 @@ std::uint32_t DeviceSweep::wantedRow() const {
 }
 
 void DeviceSweep::begin(const BoxSet& boxes, const Part& part, std::uint32_t row_length) {
-  frame_ = {boxes.size, false, false, false, part, row_length};
+  frame_ = {boxes.size, false, false, false, part};
+  row_length_ = row_length;
   Context& c = *context_;
   reserve();
   c.boxes_lock.lock(boxes.boxes.data(), boxes.boxes.bytes(), driver_context_);
@@ -122,13 +121,12 @@ void DeviceSweep::reserve() {
   if (frame_.isShared()) c.all_counts.reserve(slots + 1);
   c.begins.reserve(slots + 1);
   c.long_slots.reserve(slots);
+  c.long_offsets.reserve(slots);
   c.host_counters.reserve(1);
-  row_length_ = frame_.row_length;
   c.rows.reserve(slots * row_length_);
   // Few are beyond rows, but each warp that has some takes chunk_places.
   const std::size_t places = boxes * least_places_a_box / parts;
-  reservePairs(std::max(pairs_expected_, places),
-               std::max(beyond_expected_, row_length_ ? places / 4 : places));
+  reservePairs(std::max(pairs_expected_, places), std::max(beyond_expected_, places / 4));
 }
 
 void DeviceSweep::reservePairs(std::size_t pairs, std::size_t beyond) {
@@ -253,8 +251,8 @@ void DeviceSweep::listOwn(const PartCounts& counts) {
 // From where the lists will be.
 void DeviceSweep::summarise(const std::uint32_t* counts) {
   Context& c = *context_;
-  summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(), c.long_slots.data(),
-                 c.queue());
+  summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(),
+                 {c.long_slots.data(), c.long_offsets.data()}, c.queue());
   mark(Scanned);
 }
 
@@ -266,18 +264,6 @@ void DeviceSweep::collect() {
                              cudaMemcpyDeviceToHost, c.down));
   CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
   if (!frame_.isShared()) sortShortLists();
-}
-
-std::size_t DeviceSweep::found() const {
-  return context_->host_counters[0].found;
-}
-
-std::size_t DeviceSweep::pairs() const {
-  return context_->host_counters[0].pairs;
-}
-
-bool DeviceSweep::isClustered() const {
-  return context_->host_counters[0].clustered != 0;
 }
 
 bool DeviceSweep::isDone() {
@@ -292,14 +278,6 @@ bool DeviceSweep::isDone() {
   if (!done) CHECK_CUDA(cudaStreamSynchronize(c.compute));  // which may be sorting what there is
   if (!fits) reservePairs(pairs_expected_, beyond_expected_);
   return done;
-}
-
-void DeviceSweep::learn(std::size_t all_pairs) {
-  pairs_a_slot_ = static_cast<double>(all_pairs) / static_cast<double>(frame_.boxes);
-}
-
-void DeviceSweep::reserveOwn() {
-  context_->lists.reserve(pairs());
 }
 
 void DeviceSweep::takePairs(const DeviceSweep& of) {
@@ -348,8 +326,8 @@ void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
   if (frame_.isShared() || total > places_sorted_) sortShortLists();
   const Counters& counters = c.host_counters[0];
   if (counters.long_lists)
-    sortLongLists(lists(), {c.long_slots.data(), counters.long_lists, counters.long_words},
-                  c.long_store, c.queue());
+    sortLongLists(lists(), {c.long_slots.data(), c.long_offsets.data()}, counters.long_lists,
+                  c.long_keys, c.queue());
   mark(Listed);
   if (!at_once)
     CHECK_CUDA(cudaMemcpyAsync(to.parts[part].data(), c.pairs.data(), total * sizeof(Pair),

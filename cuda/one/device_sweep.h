@@ -16,22 +16,13 @@ namespace ode_parallel_sap {
 // The device is current for the calling thread. All but wait and release throw DeviceFailure.
 class DeviceSweep : public OnDevice<Context> {
  public:
-  // What is in a frame. Box i is that of slot i.
-  struct Frame {
-    std::size_t boxes = 0;
-    bool filter_bits = false, filter_bodies = false, exact = false;
-    device::Part part;             // of the scene, which pairs are this device's
-    std::uint32_t row_length = 0;  // of the rows into which pairs go; all parts' are of one length
-    bool isShared() const { return part.count > 1; }
-  };
-
   using OnDevice::OnDevice;
 
   std::size_t slots() const { return frame_.boxes; }
 
   // How long rows should be, by what learn() was told last.
   std::uint32_t wantedRow() const;
-  // Room for the boxes to come.
+  // Room for the boxes to come, box i that of slot i. All parts' rows are of one length.
   void begin(const BoxSet& boxes, const device::Part& part, std::uint32_t row_length);
   // Brings the boxes up to the last-th, which do not change any more, and counts them by bin.
   void bring(const BoxSet& boxes, std::size_t last);
@@ -54,11 +45,13 @@ class DeviceSweep : public OnDevice<Context> {
   bool isDone();
   // Places taken by pairs beyond the rows, some of them empty, and pairs in the lists that are the
   // device's own.
-  std::size_t found() const;
-  std::size_t pairs() const;
-  bool isClustered() const;
+  std::size_t found() const { return context_->host_counters[0].found; }
+  std::size_t pairs() const { return context_->host_counters[0].pairs; }
+  bool isClustered() const { return context_->host_counters[0].clustered != 0; }
   // When it is done: how many pairs all parts have found together.
-  void learn(std::size_t all_pairs);
+  void learn(std::size_t all_pairs) {
+    pairs_a_slot_ = static_cast<double>(all_pairs) / static_cast<double>(frame_.boxes);
+  }
   // Makes the search again, of all parts. Clusters are divided first, `round` times so far, or
   // ignored.
   bool divideClusters(int round);
@@ -66,7 +59,7 @@ class DeviceSweep : public OnDevice<Context> {
   // Of a part: room for its own pairs, then takes those that a part, this one or another, has
   // found into its lists, in the order in which listOwn was given the counts, before any list is
   // sorted.
-  void reserveOwn();
+  void reserveOwn() { context_->lists.reserve(pairs()); }
   void takePairs(const DeviceSweep& of);
 
   // Where pairs are to go, from before the search on: they do so at once if they have room, and if
@@ -86,6 +79,13 @@ class DeviceSweep : public OnDevice<Context> {
   void wait();
 
  private:
+  // What is in a frame.
+  struct Frame {
+    std::size_t boxes = 0;
+    bool filter_bits = false, filter_bodies = false, exact = false;
+    device::Part part;  // of the scene, which pairs are this device's
+    bool isShared() const { return part.count > 1; }
+  };
   // fixed: guesses, before anything is known of the scene; there are never fewer places.
   static constexpr double first_pairs_a_slot = 5;
   static constexpr std::size_t least_places_a_box = 8;
@@ -114,7 +114,7 @@ class DeviceSweep : public OnDevice<Context> {
   // And how many pairs a slot has, of all parts together.
   std::size_t pairs_expected_ = 0, beyond_expected_ = 0;
   double pairs_a_slot_ = first_pairs_a_slot;
-  std::uint32_t row_length_ = 0;     // 0: no rows
+  std::uint32_t row_length_ = 0;
   device::ListRows list_rows_ = {};  // of all parts, where there are several
   // Of the host's list, and those that there were when lists were sorted last.
   std::size_t host_places_ = 0, places_sorted_ = 0;

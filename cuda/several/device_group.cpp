@@ -3,18 +3,12 @@
 #include <algorithm>
 #include <chrono>
 
-#include "space/base/parallel.h"
-
 namespace ode_parallel_sap {
-
-namespace {
 
 // fixed: each round tells boxes apart by 2^9 of their cluster's range on each axis, or more on
 // fewer. Floats span 2^277, so that some scenes need more rounds; clusters are left as they are
 // then, which is only slow.
 constexpr int most_rounds = 16;
-
-}  // namespace
 
 // Calls work(member, its number) with its device current.
 template <class Work>
