@@ -145,6 +145,21 @@ bool isLost(const DriverContext& context) noexcept {
   return !known || id != context.id;
 }
 
+void linkDevices(const DriverContext& one, const DriverContext& other) {
+  if (one.device == other.device) return;
+  for (const auto& [reader, read] : {std::pair(one, other), std::pair(other, one)}) {
+    const ScopedDevice current(reader);
+    int can = 0;
+    CHECK_CUDA(cudaDeviceCanAccessPeer(&can, reader.device, read.device));
+    const cudaError_t linked =
+        can ? cudaDeviceEnablePeerAccess(read.device, 0) : cudaErrorPeerAccessUnsupported;
+    if (linked == cudaErrorPeerAccessAlreadyEnabled)
+      cudaGetLastError();
+    else
+      checkCuda(linked, "to read the memory of another GPU");
+  }
+}
+
 ScopedDevice::ScopedDevice(const DriverContext& context) {
   CUcontext current = nullptr;
   callDriver("cuCtxGetCurrent", driver().contextGetCurrent, &current);

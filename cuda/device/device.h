@@ -39,6 +39,8 @@ DriverContext driverContextOf(int device);
 // Whether the program has had it destroyed (cudaDeviceReset): nothing of it may be used or given
 // back then.
 bool isLost(const DriverContext& context) noexcept;
+// Lets two devices read each other's memory. Throws DeviceFailure where they cannot.
+void linkDevices(const DriverContext& one, const DriverContext& other);
 
 // Makes a device's context current for the calling thread as long as it lives; the thread is as it
 // was then. cudaSetDevice would not lead back: it makes the context of the device that it is given,

@@ -18,10 +18,6 @@ constexpr int blocks_a_processor = 8;
 // Items that a thread takes before there are that many blocks: what a block prepares is worth it.
 constexpr int items_a_thread = 4;
 
-// What several devices pass on to each other at a time, at least: 60 us at full speed hide what
-// starting a piece costs. Unit: bytes. A round number.
-constexpr std::size_t piece_bytes = 3 << 20;
-
 // The sweep.
 
 // More boxes than this with one key are a cluster: its cells would have no order, and each would
@@ -46,8 +42,7 @@ constexpr int cells_at_once = 2;
 // slots have more later ones: up to twice as many.
 constexpr std::size_t row_places_a_pair = 3;
 
-// Where rows would have to be longer there are none: most lists are, which takes longer with rows
-// (6,000 boxes in one spot: 1.5 times).
+// Rows are no longer than this. A round number.
 constexpr std::uint32_t most_row = 64;
 
 // The paper's lists.

@@ -22,7 +22,6 @@ int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs, const Pai
   times_ = {};
   for (;;) {
     takeDevices();
-    devices_used_ = std::min(wanted_, sweeps_.size());
     if (devices_used_ == 0)
       throw failures_.empty()
           ? DeviceFailure("no device is left")
@@ -31,7 +30,7 @@ int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs, const Pai
     if (boxes.size < 2)
       pairs.clear(1);
     else
-      findOn(devices_used_, boxes, pairs);
+      onDevices([&](DeviceGroup& group) { group.find(boxes, pairs); });
     if (sweeps_.size() == left) break;
   }
   pairs.decide(test, threads);
@@ -39,24 +38,39 @@ int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs, const Pai
 }
 
 void CudaSweep::takeDevices() {
-  while (sweeps_.size() < wanted_) {
-    const int device = source_(taken_);
-    if (device < 0) return;
-    sweeps_.push_back(std::make_unique<DeviceSweep>(device));
-    ++taken_;
-  }
+  for (int device; sweeps_.size() < wanted_ && (device = source_(taken_)) >= 0; ++taken_) try {
+      auto sweep = std::make_unique<DeviceSweep>(device);
+      for (const auto& other : sweeps_) linkDevices(other->driverContext(), sweep->driverContext());
+      sweeps_.push_back(std::move(sweep));
+    } catch (const DeviceFailure& failure) {
+      failures_.push_back({device, failure.what(), failure.out_of_memory});
+    }
+  devices_used_ = std::min(wanted_, sweeps_.size());
+}
+
+void CudaSweep::read(const BoxSet& boxes, std::size_t first, std::size_t last) try {
+  takeDevices();
+  if (devices_used_ > 0) onDevices([&](DeviceGroup& group) { group.bring(boxes, first, last); });
+} catch (const DeviceWasReset&) {  // find() meets it again
+} catch (const std::bad_alloc&) {  // likewise
+}
+
+void CudaSweep::forget() {
+  for (const auto& sweep : sweeps_)
+    if (sweep->brought() > 0) sweep->wait();
 }
 
 // Only what the device did is its failure.
-void CudaSweep::findOn(std::size_t devices, const BoxSet& boxes, PairList& pairs) {
+template <class Work>
+void CudaSweep::onDevices(Work work) {
   std::vector<DeviceSweep*> members;
-  for (std::size_t i = 0; i < devices; ++i) {
+  for (std::size_t i = 0; i < devices_used_; ++i) {
     sweeps_[i]->times = measuring_ && i == 0 ? &times_ : nullptr;
     members.push_back(sweeps_[i].get());
   }
   DeviceGroup group(members);
   try {
-    group.find(boxes, pairs);
+    work(group);
   } catch (const DeviceWasReset&) {
     throw;
   } catch (const DeviceFailure& failure) {

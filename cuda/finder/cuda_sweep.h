@@ -21,7 +21,7 @@ using DeviceSource = std::function<int(std::size_t i)>;
 
 // The sweep on one or several devices. Finds what Sweep<float> finds, in boxes of floats. Not for
 // use by two threads at once; finders may share devices.
-class CudaSweep final : public PairFinder {
+class CudaSweep final : public PairFinder, public BoxReader {
  public:
   // On the first of these devices, as many as it is told to use. Touches neither driver nor device,
   // nor asks the source; find() does.
@@ -37,6 +37,9 @@ class CudaSweep final : public PairFinder {
   // DeviceWasReset when one was, and std::bad_alloc.
   using PairFinder::find;
   int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) override;
+  // For the find() to come. A device that fails here has failed, as there.
+  void read(const BoxSet& boxes, std::size_t first, std::size_t last) override;
+  void forget() override;
   // How many have failed.
   int devicesLost() const { return static_cast<int>(taken_ - sweeps_.size()); }
   // Those that have failed since the last call.
@@ -52,7 +55,8 @@ class CudaSweep final : public PairFinder {
 
  private:
   void takeDevices();
-  void findOn(std::size_t devices, const BoxSet& boxes, PairList& pairs);
+  template <class Work>
+  void onDevices(Work work);
 
   DeviceSource source_;
   std::size_t taken_ = 0;                             // of its devices

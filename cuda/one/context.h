@@ -43,39 +43,34 @@ struct Context {
   DeviceBuffer<BodyKey> bodies;
   DeviceBuffer<device::ScenePlan> plan;
   DeviceBuffer<std::uint32_t> keys[2], slots[2], starts;
-  DeviceBuffer<std::uint64_t> long_keys[2];
+  DeviceBuffer<std::uint64_t> long_keys[2];  // of clusters, and of long lists
   DeviceBuffer<std::uint8_t> flags;
   DeviceBuffer<char> sorted, tree;  // records
   DeviceBuffer<std::uint32_t> counts;
   DeviceBuffer<unsigned long long> begins;
   DeviceBuffer<std::uint32_t> long_slots;
-  device::LongListStore long_store;
-  DeviceBuffer<std::uint32_t> rows;   // the first words of each list
-  DeviceBuffer<device::Found> found;  // pairs beyond the rows
-  DeviceBuffer<std::uint32_t> lists;  // with these in their places
-  DeviceBuffer<device::Found> pairs;  // sorted, unless they go to the host at once
-  // Only where several devices share a scene: the sums of what all have counted. What the others
-  // have counted and found, if it cannot be read where it is.
-  DeviceBuffer<std::uint32_t> all_counts, copied_counts, copied_rows;
-  DeviceBuffer<device::Found> copied_pairs;
+  DeviceBuffer<unsigned long long> long_offsets;
+  DeviceBuffer<std::uint32_t> rows;        // the first words of each list
+  DeviceBuffer<device::Found> found;       // pairs beyond the rows
+  DeviceBuffer<std::uint32_t> lists;       // with these in their places
+  DeviceBuffer<device::Found> pairs;       // sorted, unless they go to the host at once
+  DeviceBuffer<std::uint32_t> all_counts;  // of several devices that share a scene, summed up
   DeviceBuffer<char> scratch;
 
   PinnedBuffer<device::Counters> host_counters;
   PinnedBuffer<std::uint8_t> borderline;  // of sorted pairs (lists.h)
 
-  std::vector<int> linked, readable;  // devices it was linked with; whose memory it can read
-
   PageLock boxes_lock, bits_lock, bodies_lock, pairs_lock;
   std::vector<std::unique_ptr<Event>> stage_events;
-  Event piece_here, slice_here, filters_here, searched, result_here;
+  Event piece_here, searched, result_here;
   CachedGraph graph;
   Stream compute, up, down;
 
   std::size_t hostBytes() const { return bytesOf(host_counters, borderline); }
   std::size_t deviceBytes() const {
     return bytesOf(boxes, bits, bodies, plan, keys, slots, starts, long_keys, flags, sorted, tree,
-                   counts, begins, long_slots, long_store, rows, found, lists, pairs, all_counts,
-                   copied_counts, copied_rows, copied_pairs, scratch);
+                   counts, begins, long_slots, long_offsets, rows, found, lists, pairs, all_counts,
+                   scratch);
   }
   ScratchQueue queue() { return {{compute, processors}, scratch}; }
   // Places for pairs beyond the rows.

@@ -15,12 +15,10 @@ namespace {
 constexpr std::uint32_t least_row = 8;
 
 // Where lists have so many pairs on average: the last length, which spares the frame a new graph,
-// unless it is too short or four times too long. Where lists are long there are no rows: 0. Rows of
-// several devices are as long as of one, since the device that has a slot's cell finds most of its
-// pairs.
+// unless it is too short or four times too long. Rows of several devices are as long as of one,
+// since the device that has a slot's cell finds most of its pairs.
 std::uint32_t rowLengthFor(double pairs_a_slot, std::uint32_t last) {
-  const double wanted = pairs_a_slot * row_places_a_pair;
-  if (wanted > most_row) return 0;
+  const double wanted = std::min<double>(pairs_a_slot * row_places_a_pair, most_row);
   if (last >= wanted && last <= std::max<double>(least_row, 4 * wanted)) return last;
   std::uint32_t length = least_row;
   while (length < wanted) length *= 2;
@@ -34,6 +32,7 @@ std::size_t segmentsFor(std::size_t pairs) {
 }  // namespace
 
 void DeviceSweep::wait() {
+  brought_ = 0;
   if (isGone()) return;
   const ScopedDevice device(driver_context_, std::nothrow);
   for (const cudaStream_t stream :
@@ -45,27 +44,52 @@ std::uint32_t DeviceSweep::wantedRow() const {
   return rowLengthFor(pairs_a_slot_, row_length_);
 }
 
-void DeviceSweep::begin(const Frame& frame) {
-  frame_ = frame;
+void DeviceSweep::begin(const BoxSet& boxes, const Part& part, std::uint32_t row_length) {
+  frame_ = {boxes.size, false, false, false, part};
+  row_length_ = row_length;
   Context& c = *context_;
   reserve();
+  c.boxes_lock.lock(boxes.boxes.data(), boxes.boxes.bytes(), driver_context_);
   mark(Start);
   clearPlan(c.plan.data(), c.compute);
-  if (frame.isShared()) follow(c.up, c.compute);
 }
 
 // A copy takes up to twice as long as the kernel if the boxes are still in a processor's caches.
-void DeviceSweep::bring(const Box* boxes, std::size_t first, std::size_t last) {
+void DeviceSweep::bring(const BoxSet& boxes, std::size_t last) {
   Context& c = *context_;
-  if (void* const mapped = c.boxes_lock.mapped()) {
-    survey(static_cast<const float*>(mapped), first, last, c.boxes.data(), c.plan.data(),
-           {frame_.isShared() ? c.up : c.compute, c.processors});
-    if (frame_.isShared()) follow(c.compute, c.up);
-  } else {
-    CHECK_CUDA(cudaMemcpyAsync(reinterpret_cast<Box*>(c.boxes.data()) + first, boxes + first,
-                               (last - first) * sizeof(Box), cudaMemcpyHostToDevice, c.up));
-    arrived(first, last, c.up);
+  const std::size_t first = brought_;
+  if (first == last) return;
+  const float* from = static_cast<const float*>(c.boxes_lock.mapped());
+  if (!from) {
+    from = c.boxes.data();
+    CHECK_CUDA(cudaMemcpyAsync(reinterpret_cast<Box*>(c.boxes.data()) + first,
+                               boxes.boxes.data() + first, (last - first) * sizeof(Box),
+                               cudaMemcpyHostToDevice, c.compute));
   }
+  survey(from, first, last, c.boxes.data(), c.plan.data(), c.queue());
+  brought_ = last;
+}
+
+void DeviceSweep::setFilters(const BoxSet& boxes) {
+  frame_.filter_bits = boxes.filter_bits;
+  frame_.filter_bodies = boxes.filter_bodies;
+  frame_.exact = boxes.exact;
+  brought_ = 0;
+}
+
+template <class Value>
+void DeviceSweep::bringFilter(const Buffer<Value>& from, DeviceBuffer<Value>& to, PageLock& lock) {
+  to.reserve(frame_.boxes);
+  lock.lock(from.data(), from.bytes(), driver_context_);
+  CHECK_CUDA(cudaMemcpyAsync(to.data(), from.data(), frame_.boxes * sizeof(Value),
+                             cudaMemcpyHostToDevice, context_->up));
+}
+
+void DeviceSweep::bringFilters(const BoxSet& boxes) {
+  Context& c = *context_;
+  if (boxes.filter_bits) bringFilter(boxes.bits, c.bits, c.bits_lock);
+  if (boxes.filter_bodies) bringFilter(boxes.bodies, c.bodies, c.bodies_lock);
+  follow(c.compute, c.up);
 }
 
 // Work on `later` waits for what is on `earlier` so far.
@@ -77,12 +101,6 @@ void DeviceSweep::follow(cudaStream_t later, cudaStream_t earlier) {
 void DeviceSweep::openPairs(const Buffer<Pair>& to) {
   context_->pairs_lock.lock(to.data(), to.bytes(), driver_context_);
   host_places_ = to.capacity();
-}
-
-void DeviceSweep::arrived(std::size_t first, std::size_t last, cudaStream_t stream) {
-  Context& c = *context_;
-  follow(c.compute, stream);
-  survey(c.boxes.data(), first, last, c.boxes.data(), c.plan.data(), c.queue());
 }
 
 void DeviceSweep::reserve() {
@@ -103,13 +121,12 @@ void DeviceSweep::reserve() {
   if (frame_.isShared()) c.all_counts.reserve(slots + 1);
   c.begins.reserve(slots + 1);
   c.long_slots.reserve(slots);
+  c.long_offsets.reserve(slots);
   c.host_counters.reserve(1);
-  row_length_ = frame_.row_length;
   c.rows.reserve(slots * row_length_);
   // Few are beyond rows, but each warp that has some takes chunk_places.
   const std::size_t places = boxes * least_places_a_box / parts;
-  reservePairs(std::max(pairs_expected_, places),
-               std::max(beyond_expected_, row_length_ ? places / 4 : places));
+  reservePairs(std::max(pairs_expected_, places), std::max(beyond_expected_, places / 4));
 }
 
 void DeviceSweep::reservePairs(std::size_t pairs, std::size_t beyond) {
@@ -234,8 +251,8 @@ void DeviceSweep::listOwn(const PartCounts& counts) {
 // From where the lists will be.
 void DeviceSweep::summarise(const std::uint32_t* counts) {
   Context& c = *context_;
-  summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(), c.long_slots.data(),
-                 c.queue());
+  summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(),
+                 {c.long_slots.data(), c.long_offsets.data()}, c.queue());
   mark(Scanned);
 }
 
@@ -247,18 +264,6 @@ void DeviceSweep::collect() {
                              cudaMemcpyDeviceToHost, c.down));
   CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
   if (!frame_.isShared()) sortShortLists();
-}
-
-std::size_t DeviceSweep::found() const {
-  return context_->host_counters[0].found;
-}
-
-std::size_t DeviceSweep::pairs() const {
-  return context_->host_counters[0].pairs;
-}
-
-bool DeviceSweep::isClustered() const {
-  return context_->host_counters[0].clustered != 0;
 }
 
 bool DeviceSweep::isDone() {
@@ -275,29 +280,10 @@ bool DeviceSweep::isDone() {
   return done;
 }
 
-void DeviceSweep::learn(std::size_t all_pairs) {
-  pairs_a_slot_ = static_cast<double>(all_pairs) / static_cast<double>(frame_.boxes);
-}
-
-void DeviceSweep::reserveOwn() {
-  context_->lists.reserve(pairs());
-}
-
-void DeviceSweep::takePairs(const Found* found, std::size_t count) {
+void DeviceSweep::takePairs(const DeviceSweep& of) {
   Context& c = *context_;
-  scatterOwnPairs(found, count, c.plan.data(), openLists(), c.queue());
-  mark(Scattered);
-}
-
-DeviceSweep::OwnRows DeviceSweep::ownRowsOf(const DeviceSweep& part) const {
-  const SlotRange own = context_->host_counters[0].own;
-  return {part.context_->rows.data() + std::size_t{own.begin} * row_length_,
-          std::size_t{own.end - own.begin} * row_length_};
-}
-
-void DeviceSweep::takeRows(const std::uint32_t* words) {
-  list_rows_.first_slot = context_->host_counters[0].own.begin;
-  list_rows_.of[list_rows_.parts++].words = words;
+  scatterOwnPairs(of.context_->found.data(), of.found(), c.plan.data(), openLists(), c.queue());
+  list_rows_.of[list_rows_.parts++].words = of.context_->rows.data();
 }
 
 // The host's list, if its pages are locked: a kernel writes it as fast as a copy, and sooner.
@@ -315,8 +301,8 @@ std::size_t DeviceSweep::sortedPlaces() const {
 // The lists after scatter, and where they go when they are sorted.
 Lists DeviceSweep::lists() {
   Context& c = *context_;
-  ListRows rows = list_rows_;  // none yet until takeRows
-  if (!frame_.isShared()) rows = {{{c.rows.data(), nullptr}}, 1, row_length_, 0};
+  ListRows rows = list_rows_;  // none yet until takePairs
+  if (!frame_.isShared()) rows = {{{c.rows.data(), nullptr}}, 1, row_length_};
   return {rows,           c.lists.data(),
           sortedPlaces(), c.begins.data(),
           frame_.boxes,   {sortedPairs(), c.borderline.data()}};
@@ -340,8 +326,8 @@ void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
   if (frame_.isShared() || total > places_sorted_) sortShortLists();
   const Counters& counters = c.host_counters[0];
   if (counters.long_lists)
-    sortLongLists(lists(), {c.long_slots.data(), counters.long_lists, counters.long_words},
-                  c.long_store, c.queue());
+    sortLongLists(lists(), {c.long_slots.data(), c.long_offsets.data()}, counters.long_lists,
+                  c.long_keys, c.queue());
   mark(Listed);
   if (!at_once)
     CHECK_CUDA(cudaMemcpyAsync(to.parts[part].data(), c.pairs.data(), total * sizeof(Pair),

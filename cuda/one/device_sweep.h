@@ -11,34 +11,26 @@
 
 namespace ode_parallel_sap {
 
-// Calls come in the order open, openPairs, begin, arrived..., order and search or orderAndSearch,
-// isDone until it is true, then sendPairs and finishPairs; or release at any time. The device is
-// current for the calling thread. All but wait and release throw DeviceFailure.
+// Calls come in the order open, begin, bring..., setFilters, openPairs, order and search or
+// orderAndSearch, isDone until it is true, then sendPairs and finishPairs; or release at any time.
+// The device is current for the calling thread. All but wait and release throw DeviceFailure.
 class DeviceSweep : public OnDevice<Context> {
  public:
-  // What is in a frame. Box i is that of slot i.
-  struct Frame {
-    std::size_t boxes = 0;
-    bool filter_bits = false, filter_bodies = false, exact = false;
-    device::Part part;             // of the scene, which pairs are this device's
-    std::uint32_t row_length = 0;  // of the rows into which pairs go; all parts' are of one length
-    bool isShared() const { return part.count > 1; }
-  };
-
   using OnDevice::OnDevice;
 
   std::size_t slots() const { return frame_.boxes; }
 
   // How long rows should be, by what learn() was told last.
   std::uint32_t wantedRow() const;
-  // Room for the boxes to come.
-  void begin(const Frame& frame);
-  // Brings boxes [first, last) of these, whose pages boxes_lock may have locked. Of a part, work on
-  // `up` waits for them.
-  void bring(const Box* boxes, std::size_t first, std::size_t last);
-  // Boxes [first, last) are on their way on that stream. They are counted by bin when they have
-  // come.
-  void arrived(std::size_t first, std::size_t last, cudaStream_t stream);
+  // Room for the boxes to come, box i that of slot i. All parts' rows are of one length.
+  void begin(const BoxSet& boxes, const device::Part& part, std::uint32_t row_length);
+  // Brings the boxes up to the last-th, which do not change any more, and counts them by bin.
+  void bring(const BoxSet& boxes, std::size_t last);
+  // How many are on their way, of a frame whose filters are not set yet.
+  std::size_t brought() const { return brought_; }
+  void setFilters(const BoxSet& boxes);
+  // The search waits for these, not order().
+  void bringFilters(const BoxSet& boxes);
   // Once all boxes are on their way. The host need not wait.
   void order();
   // Finds the pairs of the part; with no others, puts them into their lists, too.
@@ -53,28 +45,22 @@ class DeviceSweep : public OnDevice<Context> {
   bool isDone();
   // Places taken by pairs beyond the rows, some of them empty, and pairs in the lists that are the
   // device's own.
-  std::size_t found() const;
-  std::size_t pairs() const;
-  bool isClustered() const;
+  std::size_t found() const { return context_->host_counters[0].found; }
+  std::size_t pairs() const { return context_->host_counters[0].pairs; }
+  bool isClustered() const { return context_->host_counters[0].clustered != 0; }
   // When it is done: how many pairs all parts have found together.
-  void learn(std::size_t all_pairs);
+  void learn(std::size_t all_pairs) {
+    pairs_a_slot_ = static_cast<double>(all_pairs) / static_cast<double>(frame_.boxes);
+  }
   // Makes the search again, of all parts. Clusters are divided first, `round` times so far, or
   // ignored.
   bool divideClusters(int round);
   void searchAgain(bool ignore_clusters);
-  // Of a part: room for its own pairs, then has those of the found ones, here or elsewhere, put
-  // into their lists.
-  void reserveOwn();
-  void takePairs(const device::Found* found, std::size_t count);
-  // Of a part, whose lists are made of all parts' rows: those of its own slots in another one's, or
-  // in its own; and says where they are now, in the order in which listOwn was given the counts,
-  // before any list is sorted.
-  struct OwnRows {
-    const std::uint32_t* words;
-    std::size_t count;  // of words
-  };
-  OwnRows ownRowsOf(const DeviceSweep& part) const;
-  void takeRows(const std::uint32_t* words);
+  // Of a part: room for its own pairs, then takes those that a part, this one or another, has
+  // found into its lists, in the order in which listOwn was given the counts, before any list is
+  // sorted.
+  void reserveOwn() { context_->lists.reserve(pairs()); }
+  void takePairs(const DeviceSweep& of);
 
   // Where pairs are to go, from before the search on: they do so at once if they have room, and if
   // this is the second time in a row.
@@ -89,14 +75,23 @@ class DeviceSweep : public OnDevice<Context> {
   void readTimes();
   CudaStageTimes* times = nullptr;  // null: not measured
 
-  // Waits for all that is under way, whatever becomes of it.
+  // Waits for all that is under way, whatever becomes of it, and forgets the boxes.
   void wait();
 
  private:
+  // What is in a frame.
+  struct Frame {
+    std::size_t boxes = 0;
+    bool filter_bits = false, filter_bodies = false, exact = false;
+    device::Part part;  // of the scene, which pairs are this device's
+    bool isShared() const { return part.count > 1; }
+  };
   // fixed: guesses, before anything is known of the scene; there are never fewer places.
   static constexpr double first_pairs_a_slot = 5;
   static constexpr std::size_t least_places_a_box = 8;
 
+  template <class Value>
+  void bringFilter(const Buffer<Value>& from, DeviceBuffer<Value>& to, PageLock& lock);
   void follow(cudaStream_t later, cudaStream_t earlier);
   void reserve();
   void reservePairs(std::size_t pairs, std::size_t beyond);
@@ -114,11 +109,12 @@ class DeviceSweep : public OnDevice<Context> {
   device::Rows rows() { return {context_->rows.data(), row_length_}; }
 
   Frame frame_;
+  std::size_t brought_ = 0;
   // From the last search, with a quarter more: pairs, and places taken by those beyond the rows.
   // And how many pairs a slot has, of all parts together.
   std::size_t pairs_expected_ = 0, beyond_expected_ = 0;
   double pairs_a_slot_ = first_pairs_a_slot;
-  std::uint32_t row_length_ = 0;     // 0: no rows
+  std::uint32_t row_length_ = 0;
   device::ListRows list_rows_ = {};  // of all parts, where there are several
   // Of the host's list, and those that there were when lists were sorted last.
   std::size_t host_places_ = 0, places_sorted_ = 0;

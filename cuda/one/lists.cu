@@ -23,36 +23,30 @@ __device__ void writePair(const SortedPairs& to, unsigned long long i, std::uint
   if (word & 1) to.borderline[i / segment_pairs] = 1;
 }
 
-// Notes the slot if its list is long; those of a block at once, as all blocks meet at two counters.
-// There is a place for each slot.
-__device__ void noteLong(std::uint32_t count, std::uint32_t slot, ScenePlan* plan,
-                         std::uint32_t* long_slots) {
-  __shared__ std::uint32_t lists, first;
-  __shared__ unsigned long long words;
-  const bool is_long = count > long_list;
-  if (threadIdx.x == 0) lists = words = 0;
-  if (!__syncthreads_or(is_long)) return;
-  std::uint32_t place = 0;
-  if (is_long) {
-    place = atomicAdd(&lists, 1u);
-    atomicAdd(&words, static_cast<unsigned long long>(count));
-  }
-  __syncthreads();
-  if (threadIdx.x == 0) {
-    first = atomicAdd(&plan->counters.long_lists, lists);
-    atomicAdd(&plan->counters.long_words, words);
-  }
-  __syncthreads();
-  if (is_long) long_slots[first + place] = slot;
-}
-
-// One thread a slot, one block list_block slots. The last block's last threads have no slot.
+// One thread a slot, one block list_block slots. The last block's last threads have no slot. Notes
+// the long lists, those of a block at once, as all blocks meet at one counter, for which there is a
+// place for each slot. It counts lists and words in one, so that both ascend together; of more
+// words than it tells no lists are made.
 __global__ void __launch_bounds__(list_block)
     summariseKernel(const std::uint32_t* counts, const unsigned long long* begins,
-                    std::size_t slots, ScenePlan* plan, std::uint32_t* long_slots) {
+                    std::size_t slots, ScenePlan* plan, LongSlots to) {
+  __shared__ unsigned long long all;
   const std::size_t slot = std::size_t{blockIdx.x} * list_block + threadIdx.x;
-  if (slot == 0) plan->counters.pairs = begins[slots];
-  noteLong(slot < slots ? counts[slot] : 0, static_cast<std::uint32_t>(slot), plan, long_slots);
+  const unsigned long long pairs = begins[slots];
+  if (slot == 0) plan->counters.pairs = pairs;
+  const std::uint32_t count = slot < slots ? counts[slot] : 0;
+  const bool is_long = count > long_list && pairs <= most_long_words;
+  if (threadIdx.x == 0) all = 0;
+  if (!__syncthreads_or(is_long)) return;
+  unsigned long long place = 0;
+  if (is_long) place = atomicAdd(&all, one_long_list | count);
+  __syncthreads();
+  if (threadIdx.x == 0) all = atomicAdd(&plan->counters.long_lists, all);
+  __syncthreads();
+  if (!is_long) return;
+  place += all;
+  to.slots[place / one_long_list] = static_cast<std::uint32_t>(slot);
+  to.offsets[place / one_long_list] = place & most_long_words;
 }
 
 // One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
@@ -90,7 +84,7 @@ __global__ void __launch_bounds__(block_threads)
 
 // The row of a slot in a part's rows; whole lines of 16 bytes.
 __device__ const std::uint32_t* rowOf(const ListRows& rows, std::uint32_t part, std::size_t slot) {
-  return rows.of[part].words + (slot - rows.first_slot) * rows.length;
+  return rows.of[part].words + slot * rows.length;
 }
 
 // Words of a slot in a part's row, where there are several parts.
@@ -101,7 +95,6 @@ __device__ std::uint32_t rowCount(const ListRows& rows, std::uint32_t part, std:
 // Word k of the list of a slot, which begins at `begin`.
 __device__ std::uint32_t wordAt(const Lists& of, std::size_t slot, unsigned long long begin,
                                 unsigned long long k) {
-  if (of.rows.length == 0) return of.words[begin + k];
   if (of.rows.parts == 1)
     return k < of.rows.length ? rowOf(of.rows, 0, slot)[k] : of.words[begin + k];
   unsigned long long before = 0;
@@ -162,7 +155,7 @@ __device__ void gatherList(const Lists& of, std::size_t slot, unsigned long long
   for (; filled < length; ++filled) to[filled] = of.words[begin + filled];
 }
 
-// The words of a list of one part, of which there are rows or none: into registers. Four words are
+// The words of a list of one part, into registers. Four words are
 // read from a row at once, some behind the list's end perhaps, but never behind the row's, which is
 // a multiple of 16 bytes.
 template <int size>
@@ -274,27 +267,14 @@ __global__ void __launch_bounds__(list_block) sortKernel(Lists of) {
   }
 }
 
-// Where the words of the long lists lie, list after list. Their keys: the list's number above the
-// word.
+// The long lists, in no order, and their words, list after list. Their keys: the list's number
+// above the word.
 struct LongWords {
-  const std::uint32_t* slots;         // of each list
-  const unsigned long long* begins;   // of each, among the words of all lists
-  const unsigned long long* offsets;  // of each, among those of the long ones
+  LongSlots lists;
   std::uint32_t count;
   unsigned long long words;
   int word_bits;
 };
-
-// One thread a long list: where it begins, and its length, from which a scan makes offsets.
-__global__ void __launch_bounds__(block_threads)
-    longListKernel(const unsigned long long* list_begins, LongLists lists,
-                   unsigned long long* begins, unsigned long long* lengths) {
-  const std::uint32_t i = blockIdx.x * block_threads + threadIdx.x;
-  if (i >= lists.count) return;
-  const std::uint32_t slot = lists.slots[i];
-  begins[i] = list_begins[slot];
-  lengths[i] = list_begins[slot + 1] - begins[i];
-}
 
 // One thread a word of the long lists, in strides.
 __global__ void __launch_bounds__(block_threads)
@@ -305,25 +285,27 @@ __global__ void __launch_bounds__(block_threads)
     std::uint32_t low = 0, high = from.count - 1;  // the last list whose offset is at or before i
     while (low < high) {
       const std::uint32_t middle = low + (high - low + 1) / 2;
-      if (from.offsets[middle] <= i)
+      if (from.lists.offsets[middle] <= i)
         low = middle;
       else
         high = middle - 1;
     }
+    const std::uint32_t slot = from.lists.slots[low];
     keys[i] = std::uint64_t{low} << from.word_bits |
-              wordAt(lists, from.slots[low], from.begins[low], i - from.offsets[low]);
+              wordAt(lists, slot, lists.begins[slot], i - from.lists.offsets[low]);
   }
 }
 
 // The way back, once the keys are sorted: list follows list as before.
 __global__ void __launch_bounds__(block_threads)
-    spreadKernel(const std::uint64_t* keys, LongWords from, SortedPairs to) {
+    spreadKernel(const std::uint64_t* keys, LongWords from, Lists lists) {
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < from.words;
        i += stride) {
     const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> from.word_bits);
     const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << from.word_bits) - 1);
-    writePair(to, from.begins[list] + (i - from.offsets[list]), word, from.slots[list]);
+    const std::uint32_t slot = from.lists.slots[list];
+    writePair(lists.to, lists.begins[slot] + (i - from.lists.offsets[list]), word, slot);
   }
 }
 
@@ -400,7 +382,7 @@ void scanCounts(const std::uint32_t* counts, unsigned long long* begins, std::si
 }
 
 void summariseLists(const std::uint32_t* counts, const unsigned long long* begins,
-                    std::size_t slots, ScenePlan* plan, std::uint32_t* long_slots,
+                    std::size_t slots, ScenePlan* plan, const LongSlots& long_slots,
                     const KernelQueue& queue) {
   launch("summarise lists", summariseKernel, (slots + list_block - 1) / list_block, list_block,
          queue.stream, counts, begins, slots, plan, long_slots);
@@ -419,35 +401,26 @@ void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* pla
 }
 
 void sortLists(const Lists& lists, const KernelQueue& queue) {
-  const bool of_parts = lists.rows.length && lists.rows.parts > 1;
-  launch("sort lists", of_parts ? sortKernel<true> : sortKernel<false>,
+  launch("sort lists", lists.rows.parts > 1 ? sortKernel<true> : sortKernel<false>,
          (lists.slots + list_block - 1) / list_block, list_block, queue.stream, lists);
 }
 
-void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,
-                   const ScratchQueue& queue) {
-  const std::uint32_t count = long_lists.count;
-  store.begins.reserve(count);
-  store.offsets.reserve(2 * std::size_t{count});
-  for (DeviceBuffer<std::uint64_t>& keys : store.keys) keys.reserve(long_lists.words);
-  unsigned long long* const lengths = store.offsets.data() + count;
-  unsigned long long* const offsets = store.offsets.data();
-  launch("find long lists", longListKernel, blocksForAll(count), block_threads, queue.stream,
-         lists.begins, long_lists, store.begins.data(), lengths);
-  scan(lengths, offsets, count, queue);
-  const LongWords from = {long_lists.slots, store.begins.data(),         offsets, count,
-                          long_lists.words, bitsFor(2 * lists.slots - 1)};
+void sortLongLists(const Lists& lists, const LongSlots& long_slots, unsigned long long long_lists,
+                   DeviceBuffer<std::uint64_t> (&keys)[2], const ScratchQueue& queue) {
+  const LongWords from = {long_slots, static_cast<std::uint32_t>(long_lists / one_long_list),
+                          long_lists & most_long_words, bitsFor(2 * lists.slots - 1)};
+  for (DeviceBuffer<std::uint64_t>& each : keys) each.reserve(from.words);
   const std::size_t blocks = blocksFor(from.words, queue);
   launch("gather long lists", gatherKernel, blocks, block_threads, queue.stream, lists, from,
-         store.keys[0].data());
-  std::uint64_t* const sorted = store.keys[1].data();
+         keys[0].data());
+  std::uint64_t* const sorted = keys[1].data();
   withScratch(queue, [&](void* scratch, std::size_t& bytes) {
-    CHECK_CUDA(cub::DeviceRadixSort::SortKeys(scratch, bytes, store.keys[0].data(), sorted,
-                                              static_cast<std::int64_t>(from.words), 0,
-                                              from.word_bits + bitsFor(count - 1), queue.stream));
+    CHECK_CUDA(cub::DeviceRadixSort::SortKeys(
+        scratch, bytes, keys[0].data(), sorted, static_cast<std::int64_t>(from.words), 0,
+        from.word_bits + bitsFor(from.count - 1), queue.stream));
   });
   launch("spread long lists", spreadKernel, blocks, block_threads, queue.stream, sorted, from,
-         lists.to);
+         lists);
 }
 
 void addCounts(const PartCounts& counts, std::uint32_t* sums, const KernelQueue& queue) {

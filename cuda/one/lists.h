@@ -18,10 +18,15 @@ namespace device {
 void scanCounts(const std::uint32_t* counts, unsigned long long* begins, std::size_t slots,
                 const ScratchQueue& queue);
 
-// Counts pairs and long lists in `plan`, and notes the slots of these, which are longer than
-// long_list. Before scatter.
+// The slots of the long lists, and where the words of each begin among those of all.
+struct LongSlots {
+  std::uint32_t* slots;
+  unsigned long long* offsets;
+};
+// Counts pairs and long lists, those longer than long_list, in `plan`, and notes these. Before
+// scatter.
 void summariseLists(const std::uint32_t* counts, const unsigned long long* begins,
-                    std::size_t slots, ScenePlan* plan, std::uint32_t* long_slots,
+                    std::size_t slots, ScenePlan* plan, const LongSlots& long_slots,
                     const KernelQueue& queue);
 
 // Lists with a place for each pair: that of slot i begins at words[begins[i]]. left[i], at first
@@ -49,17 +54,15 @@ struct SortedPairs {
   std::uint8_t* borderline;
 };
 
-// The rows of all parts of the scene, from that of `first_slot` on. A row has as many words as its
-// part has counted pairs of the slot, or as there is room for. Where there is one part only, whose
+// The rows of all parts of the scene. A row has as many words as its part has counted pairs of the
+// slot, or as there is room for. Where there is one part only, whose
 // counts are used up by scatter, the length of the list tells.
 struct ListRows {
   struct OfPart {
-    const std::uint32_t* words;
-    const std::uint32_t* counts;  // from slot 0 on
+    const std::uint32_t *words, *counts;
   };
   OfPart of[most_parts];
   std::uint32_t parts, length;
-  std::uint32_t first_slot;
 };
 
 // The lists after scatter, and where they go as pairs when they are sorted. The first words of a
@@ -77,23 +80,9 @@ struct Lists {
 // Sorts the lists but the long ones. Does nothing if they do not fit.
 void sortLists(const Lists& lists, const KernelQueue& queue);
 
-// What sorting long lists needs beside them; grows as needed.
-struct LongListStore {
-  DeviceBuffer<unsigned long long> begins, offsets;
-  DeviceBuffer<std::uint64_t> keys[2];
-  std::size_t bytes() const {
-    return begins.bytes() + offsets.bytes() + keys[0].bytes() + keys[1].bytes();
-  }
-};
-
-// The long ones among the lists.
-struct LongLists {
-  const std::uint32_t* slots;
-  std::uint32_t count;
-  unsigned long long words;  // of all
-};
-void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,
-                   const ScratchQueue& queue);
+// Sorts the long ones of the lists. `long_lists`: of the plan's counters. `keys` grow as needed.
+void sortLongLists(const Lists& lists, const LongSlots& long_slots, unsigned long long long_lists,
+                   DeviceBuffer<std::uint64_t> (&keys)[2], const ScratchQueue& queue);
 
 // Where several devices share a scene: which lists are a device's own.
 

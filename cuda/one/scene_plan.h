@@ -30,6 +30,10 @@ constexpr int most_levels = 6;
 // Lists longer than this are sorted by digits, all of them together; the others by one thread each.
 constexpr std::uint32_t long_list = 32;  // fixed: registers hold so many words
 
+// A long list in the number of all, which counts their words below: 512 GB of pairs.
+constexpr unsigned long long one_long_list = 1ull << 36;
+constexpr unsigned long long most_long_words = one_long_list - 1;
+
 // Slots whose lists are sorted by one block.
 constexpr int list_block = 256;  // fixed: a byte tells a list of a block
 
@@ -57,9 +61,8 @@ struct Counters {
   // Cleared before another search; nothing else is.
   unsigned long long found;       // places taken in the buffer of found pairs
   unsigned long long pairs;       // in all lists
-  unsigned long long long_words;  // of all long lists
-  std::uint32_t long_lists;
-  std::uint32_t cells_dealt;  // to warps that search, beyond those dealt in strides
+  unsigned long long long_lists;  // one_long_list each, and their words
+  std::uint32_t cells_dealt;      // to warps that search, beyond those dealt in strides
 
   std::uint32_t inactive;  // boxes
   std::uint32_t cells;

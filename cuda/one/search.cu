@@ -83,8 +83,7 @@ __device__ std::uint32_t bitsWithin(int begin, int end) {
   return below_end & ~static_cast<std::uint32_t>((1ull << min(max(begin, 0), 32)) - 1);
 }
 
-// in_rows: pairs go into rows first.
-template <bool exact, bool filtered, bool in_rows>
+template <bool exact, bool filtered>
 struct Search {
   WarpSpace& space;
   const SearchFilter filter;
@@ -164,7 +163,6 @@ struct Search {
   __device__ std::uint32_t writeSome(std::uint32_t hits, int first) {
     const int2 own = listSome(hits);
     const int total = __shfl_sync(all_lanes, own.y, 31);
-    std::uint32_t earlier_here = 0;  // pairs of which the lane's own box is the earlier one
     for (int from = 0; from < total; from += 32) {
       const int i = from + lane;
       const unsigned hit = space.hits[min(i, total - 1)];
@@ -179,25 +177,17 @@ struct Search {
       const std::uint32_t earlier = min(slot, other), word = max(slot, other) << 1 | borderline;
       const bool is_earlier = meets && slot < other;
       const unsigned earlier_ones = __ballot_sync(all_lanes, is_earlier);
-      if (in_rows) {
-        // The hits of the same queued box.
-        const std::uint32_t range = __shfl_sync(all_lanes, own.x << 16 | own.y, hit >> 5);
-        const std::uint32_t alike = bitsWithin(static_cast<int>(range >> 16) - from,
-                                               static_cast<int>(range & 0xffff) - from);
-        const std::uint32_t before =
-            countPairs(meets, earlier, is_earlier ? earlier_ones & alike : 1u << lane);
-        const bool in_row = before < rows.length;
-        // Each slot has its row, and each place of it is given once.
-        if (meets && in_row) rows.words[std::size_t{earlier} * rows.length + before] = word;
-        put(meets && !in_row, earlier, word);
-      } else {
-        earlier_here += __popc(earlier_ones & bitsWithin(own.x - from, own.y - from));
-        if (meets && !is_earlier) atomicAdd(&counts[other], 1u);
-        put(meets, earlier, word);
-      }
+      // The hits of the same queued box.
+      const std::uint32_t range = __shfl_sync(all_lanes, own.x << 16 | own.y, hit >> 5);
+      const std::uint32_t alike =
+          bitsWithin(static_cast<int>(range >> 16) - from, static_cast<int>(range & 0xffff) - from);
+      const std::uint32_t before =
+          countPairs(meets, earlier, is_earlier ? earlier_ones & alike : 1u << lane);
+      const bool in_row = before < rows.length;
+      // Each slot has its row, and each place of it is given once.
+      if (meets && in_row) rows.words[std::size_t{earlier} * rows.length + before] = word;
+      put(meets && !in_row, earlier, word);
     }
-    if (!in_rows && earlier_here)
-      atomicAdd(&counts[__float_as_uint(space.low[first + lane].w)], earlier_here);
     __syncwarp();
     return hits;
   }
@@ -324,7 +314,7 @@ struct CellDealer {
 
 // One warp a cell. Levels, counts and nodes are those of the tree that plan->counters.cells gives;
 // a child is read only below its level's count, a box only below its cell's.
-template <bool exact, bool filtered, bool in_rows>
+template <bool exact, bool filtered>
 __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
     searchKernel(const Records sorted, const Levels tree, SearchRules rules, ScenePlan* plan,
                  FoundPairs found, std::uint32_t* counts) {
@@ -345,7 +335,7 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
     }
   }
   __syncthreads();
-  Search<exact, filtered, in_rows> search = {
+  Search<exact, filtered> search = {
       spaces[warp], rules.filter, found.rows, {plan, found.pairs, found.capacity}, counts, lane};
 
   const CellDealer dealer(rules.part, cell_count);
@@ -366,20 +356,14 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
   for (std::uint32_t i = lane; i < search.places.left; i += 32) search.places.at[i] = nothing_found;
 }
 
-template <bool in_rows>
-auto kernelFor(bool exact, bool filtered) {
-  return exact ? filtered ? searchKernel<true, true, in_rows> : searchKernel<true, false, in_rows>
-         : filtered ? searchKernel<false, true, in_rows>
-                    : searchKernel<false, false, in_rows>;
-}
-
 }  // namespace
 
 void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan,
                const FoundPairs& found, std::uint32_t* counts, const KernelQueue& queue) {
   const bool filtered = rules.filter.bits || rules.filter.bodies;
-  const auto kernel = found.rows.length ? kernelFor<true>(rules.exact, filtered)
-                                        : kernelFor<false>(rules.exact, filtered);
+  const auto kernel = rules.exact ? filtered ? searchKernel<true, true> : searchKernel<true, false>
+                      : filtered ? searchKernel<false, true>
+                                  : searchKernel<false, false>;
   // No more than run at once: the cells that are not dealt in strides would be gone when the others
   // begin.
   int blocks = 0;

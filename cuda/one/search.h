@@ -33,7 +33,7 @@ struct SearchRules {
 // A row for each slot, where the first words of its list go as they are found, in no order.
 struct Rows {
   std::uint32_t* words;
-  std::uint32_t length;  // of a row; 0: there are none
+  std::uint32_t length;  // of a row
 };
 
 // Room for pairs as they are found: what is beyond its slot's row goes to `pairs`.

@@ -3,36 +3,12 @@
 #include <algorithm>
 #include <chrono>
 
-#include "space/base/parallel.h"
-
 namespace ode_parallel_sap {
-
-namespace {
 
 // fixed: each round tells boxes apart by 2^9 of their cluster's range on each axis, or more on
 // fewer. Floats span 2^277, so that some scenes need more rounds; clusters are left as they are
 // then, which is only slow.
 constexpr int most_rounds = 16;
-
-// fixed: parts of a slice that are passed on while the next ones arrive. The last one is waited
-// for.
-constexpr std::size_t most_exchanged = 16;
-
-template <class Value>
-struct Values {
-  const Value* at;
-  std::size_t count;
-};
-
-template <class T>
-void copyBetween(DeviceSweep& to, T* at, const DeviceSweep& from, const T* values,
-                 std::size_t count, cudaStream_t stream) {
-  if (count)
-    CHECK_CUDA(
-        cudaMemcpyPeerAsync(at, to.device(), values, from.device(), count * sizeof(T), stream));
-}
-
-}  // namespace
 
 // Calls work(member, its number) with its device current.
 template <class Work>
@@ -49,147 +25,31 @@ void DeviceGroup::eachOther(std::size_t of, Work work) {
     if (i != of) work(*members_[i], i);
 }
 
-// Lets devices read each other's memory, where they can. Copies go through the host's otherwise.
-void DeviceGroup::link() {
+// Makes the devices ready for the boxes of a frame, which have storage.
+void DeviceGroup::begin(const BoxSet& boxes) {
+  for (DeviceSweep* member : members_) {
+    member->checkContext();
+    if (member->brought() > 0) member->wait();  // the last frame ended there
+  }
+  each([](DeviceSweep& member, std::size_t) {
+    cudaGetLastError();  // not ours
+    member.open();
+  });
+  const std::uint32_t row_length = members_[0]->wantedRow();
   each([&](DeviceSweep& member, std::size_t index) {
-    std::vector<int>& linked = member.context()->linked;
-    eachOther(index, [&](DeviceSweep& other, std::size_t) {
-      if (other.device() == member.device()) return;
-      if (std::find(linked.begin(), linked.end(), other.device()) != linked.end()) return;
-      linked.push_back(other.device());
-      int can = 0;
-      CHECK_CUDA(cudaDeviceCanAccessPeer(&can, member.device(), other.device()));
-      if (!can) return;
-      const cudaError_t status = cudaDeviceEnablePeerAccess(other.device(), 0);
-      if (status != cudaSuccess) cudaGetLastError();
-      if (status == cudaSuccess || status == cudaErrorPeerAccessAlreadyEnabled)
-        member.context()->readable.push_back(other.device());
-    });
+    const device::Part part = {static_cast<std::uint32_t>(index),
+                               static_cast<std::uint32_t>(members_.size())};
+    member.begin(boxes, part, row_length);
   });
 }
 
-// Calls use(values, count) with what valuesOf(other) gives of each other member: where they are or,
-// of devices whose memory this one cannot read, in copies.
-template <class Value, class ValuesOf, class Use>
-void DeviceGroup::readOthers(std::size_t index, DeviceBuffer<Value>& copies, ValuesOf valuesOf,
-                             Use use) {
-  DeviceSweep& member = *members_[index];
-  const std::vector<int>& readable = member.context()->readable;
-  const auto canRead = [&](const DeviceSweep& other) {
-    return std::find(readable.begin(), readable.end(), other.device()) != readable.end();
-  };
-  std::size_t copied = 0;
-  eachOther(index, [&](DeviceSweep& other, std::size_t) {
-    if (!canRead(other)) copied += valuesOf(other).count;
-  });
-  copies.reserve(copied);
-  Value* copy = copies.data();
-  eachOther(index, [&](DeviceSweep& other, std::size_t) {
-    const Values<Value> values = valuesOf(other);
-    if (canRead(other)) return use(values.at, values.count);
-    copyBetween(member, copy, other, values.at, values.count, member.context()->compute);
-    use(copy, values.count);
-    copy += values.count;
-  });
-}
-
-// One array of the frame, an element a slot.
-template <class Value>
-struct DeviceGroup::Array {
-  const Buffer<Value>& from;
-  std::size_t count;
-  PageLock Context::*lock;
-  Value* (*to)(Context&);  // where it goes on a device, which has room for it
-};
-
-// Each member's slice travels over its own link, and on from there to the others. send(member,
-// begin, end) is to start elements [begin, end) on their way to a member, and arrived(member,
-// begin, end, stream) is called when others are that come from another member. An array that is not
-// locked travels as well: the driver copies it first.
-template <class Value, class Send, class Arrived>
-void DeviceGroup::bring(const Array<Value>& array, Send send, Arrived arrived) {
-  const std::size_t slice_bytes = array.count * sizeof(Value) / members_.size();
-  const std::size_t rounds =
-      isShared() ? std::clamp<std::size_t>(slice_bytes / device::piece_bytes, 1, most_exchanged)
-                 : 1;
-  each([&](DeviceSweep& member, std::size_t) {
-    (member.context()->*array.lock)
-        .lock(array.from.data(), array.from.bytes(), member.driverContext());
-  });
-  for (std::size_t round = 0; round < rounds; ++round)
-    bringSlices(array, static_cast<int>(round), static_cast<int>(rounds), send, arrived);
-}
-
-// A round of several brings a part of each slice.
-template <class Value, class Send, class Arrived>
-void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, Send send,
-                              Arrived arrived) {
-  const int members = static_cast<int>(members_.size());
-  const auto sliceOf = [&](std::size_t index) {
-    const Range whole = partOf(array.count, static_cast<int>(index), members);
-    const Range part = partOf(whole.end - whole.begin, round, rounds);
-    return Range{whole.begin + part.begin, whole.begin + part.end};
-  };
-  each([&](DeviceSweep& member, std::size_t index) {
-    Context& c = *member.context();
-    const Range slice = sliceOf(index);
-    send(member, slice.begin, slice.end);
-    if (isShared()) CHECK_CUDA(cudaEventRecord(c.slice_here, c.up));
-  });
-  each([&](DeviceSweep& member, std::size_t index) {
-    Context& c = *member.context();
-    eachOther(index, [&](DeviceSweep& other, std::size_t its) {
-      const Range slice = sliceOf(its);
-      CHECK_CUDA(cudaStreamWaitEvent(c.down, other.context()->slice_here, 0));
-      copyBetween(member, array.to(c) + slice.begin, other,
-                  array.to(*other.context()) + slice.begin, slice.end - slice.begin, c.down);
-      arrived(member, slice.begin, slice.end, c.down);
-    });
-  });
-}
-
-// Boxes are counted by bin as they come.
-void DeviceGroup::bringBoxes(const BoxSet& boxes) {
-  const Array<Box> array = {boxes.boxes, boxes.size, &Context::boxes_lock,
-                            [](Context& c) { return reinterpret_cast<Box*>(c.boxes.data()); }};
-  bring(
-      array,
-      [&](DeviceSweep& member, std::size_t begin, std::size_t end) {
-        if (begin < end) member.bring(boxes.boxes.data(), begin, end);
-      },
-      [](DeviceSweep& member, std::size_t begin, std::size_t end, cudaStream_t stream) {
-        if (begin < end) member.arrived(begin, end, stream);
-      });
-}
-
-void DeviceGroup::bringFilters(const BoxSet& boxes) {
-  const auto arrived = [](DeviceSweep& member, std::size_t, std::size_t, cudaStream_t stream) {
-    Context& c = *member.context();
-    CHECK_CUDA(cudaEventRecord(c.filters_here, stream));
-    CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.filters_here, 0));
-  };
-  each([&](DeviceSweep& member, std::size_t) {
-    if (boxes.filter_bits) member.context()->bits.reserve(boxes.size);
-    if (boxes.filter_bodies) member.context()->bodies.reserve(boxes.size);
-  });
-  const auto bringCopies = [&](const auto& array) {
-    bring(
-        array,
-        [&](DeviceSweep& member, std::size_t begin, std::size_t end) {
-          Context& c = *member.context();
-          CHECK_CUDA(cudaMemcpyAsync(array.to(c) + begin, array.from.data() + begin,
-                                     (end - begin) * sizeof *array.from.data(),
-                                     cudaMemcpyHostToDevice, c.up));
-          arrived(member, begin, end, c.up);
-        },
-        arrived);
-  };
-  if (boxes.filter_bits)
-    bringCopies(Array<FilterBits>{boxes.bits, boxes.size, &Context::bits_lock,
-                                  [](Context& c) { return c.bits.data(); }});
-  if (boxes.filter_bodies)
-    bringCopies(Array<BodyKey>{boxes.bodies, boxes.size, &Context::bodies_lock,
-                               [](Context& c) { return c.bodies.data(); }});
+void DeviceGroup::bring(const BoxSet& boxes, std::size_t first, std::size_t last) try {
+  if (first == 0) begin(boxes);
+  if (first != members_[0]->brought()) return;
+  each([&](DeviceSweep& member, std::size_t) { member.bring(boxes, last); });
+} catch (...) {
+  giveUp();
+  throw;
 }
 
 void DeviceGroup::search(const BoxSet& boxes) {
@@ -197,8 +57,10 @@ void DeviceGroup::search(const BoxSet& boxes) {
     each([](DeviceSweep& member, std::size_t) { member.orderAndSearch(); });
     return;
   }
-  each([](DeviceSweep& member, std::size_t) { member.order(); });
-  bringFilters(boxes);
+  each([&](DeviceSweep& member, std::size_t) {
+    member.order();
+    member.bringFilters(boxes);
+  });
   each([](DeviceSweep& member, std::size_t) { member.search(); });
 }
 
@@ -213,33 +75,20 @@ void DeviceGroup::shareCounts() {
       CHECK_CUDA(cudaStreamWaitEvent(c.compute, other.context()->searched, 0));
     });
     device::PartCounts counts = {{c.counts.data()}, 1, member.slots()};
-    readOthers(
-        index, c.copied_counts,
-        [&](DeviceSweep& other) {
-          return Values<std::uint32_t>{other.context()->counts.data(), counts.slots};
-        },
-        [&](const std::uint32_t* of, std::size_t) { counts.of[counts.parts++] = of; });
+    eachOther(index, [&](DeviceSweep& other, std::size_t) {
+      counts.of[counts.parts++] = other.context()->counts.data();
+    });
     member.listOwn(counts);
   });
 }
 
-// All take their own pairs of what has been found.
+// All take their own pairs of what has been found, in the order in which they got the counts.
 void DeviceGroup::sharePairs() {
-  const auto found = [](DeviceSweep& member) {
-    return Values<device::Found>{member.context()->found.data(), member.found()};
-  };
   each([&](DeviceSweep& member, std::size_t index) {
     member.reserveOwn();
-    member.takePairs(found(member).at, found(member).count);
-    readOthers(index, member.context()->copied_pairs, found,
-               [&](const device::Found* at, std::size_t count) { member.takePairs(at, count); });
-    const auto rows = [&](const DeviceSweep& of) {
-      const DeviceSweep::OwnRows own = member.ownRowsOf(of);
-      return Values<std::uint32_t>{own.words, own.count};
-    };
-    member.takeRows(rows(member).at);
-    readOthers(index, member.context()->copied_rows, rows,
-               [&](const std::uint32_t* at, std::size_t) { member.takeRows(at); });
+    member.takePairs(member);
+    eachOther(index, [&](DeviceSweep& other, std::size_t) { member.takePairs(other); });
+    member.mark(Scattered);
   });
 }
 
@@ -295,26 +144,14 @@ void DeviceGroup::giveUp() {
 void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
   using Clock = std::chrono::steady_clock;
   using Milliseconds = std::chrono::duration<float, std::milli>;
-  const auto count = static_cast<std::uint32_t>(members_.size());
   try {
-    for (DeviceSweep* member : members_) member->checkContext();
-    each([](DeviceSweep& member, std::size_t) {
-      cudaGetLastError();  // not ours
-      member.open();
-    });
-    const std::uint32_t row_length = members_[0]->wantedRow();
+    if (members_[0]->brought() == 0) begin(boxes);
     pairs.clear(members_.size());
     each([&](DeviceSweep& member, std::size_t index) {
+      member.bring(boxes, boxes.size);
+      member.setFilters(boxes);
       member.openPairs(pairs.parts[index]);
-      member.begin({boxes.size,
-                    boxes.filter_bits,
-                    boxes.filter_bodies,
-                    boxes.exact,
-                    {static_cast<std::uint32_t>(index), count},
-                    row_length});
     });
-    if (isShared()) link();
-    bringBoxes(boxes);
     const Clock::time_point sent = Clock::now();
     each([](DeviceSweep& member, std::size_t) { member.mark(Uploaded); });
     search(boxes);

@@ -23,6 +23,19 @@ class ListsTooLong : public std::runtime_error {
   std::uint64_t needed, allowed;
 };
 
+// Reads boxes of a frame while others are still made.
+class BoxReader {
+ public:
+  // Boxes [first, last) do not change any more. They come in their order, from the first on, and
+  // have storage for all of the frame, which stays until the pairs are found or forget() returns.
+  virtual void read(const BoxSet& boxes, std::size_t first, std::size_t last) = 0;
+  // There will be no pairs of them.
+  virtual void forget() = 0;
+
+ protected:
+  ~BoxReader() = default;
+};
+
 class PairFinder {
  public:
   virtual ~PairFinder() = default;

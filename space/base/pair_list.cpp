@@ -15,21 +15,23 @@ Region deciding("pair list: exact tests");
 
 void PairList::decide(const PairTest* test, int threads) {
   if (!test) return;
+  const auto isOpen = [&](const Run& run) { return !run.decided || test->everyPair(); };
   std::size_t open = 0;
   for (const Run& run : runs)
-    if (!run.decided || test->everyPair()) open += run.size();
+    if (isOpen(run)) open += run.size();
   if (open == 0) return;
   const std::size_t most = chunkOf(open, chunk_pairs, threads);
   std::vector<Run> pieces;
   for (const Run& run : runs)
-    for (Pair* first = run.first; first < run.last; first = pieces.back().last)
-      pieces.push_back({first, first + std::min<std::size_t>(most, run.last - first), run.decided});
+    for (Pair* first = run.first; first < run.last; first = pieces.back().last) {
+      const std::size_t left = static_cast<std::size_t>(run.last - first);
+      pieces.push_back({first, isOpen(run) ? first + std::min(most, left) : run.last, run.decided});
+    }
   const ScopedMode mode(exactMode());
   runChunks(deciding, teamFor(open, grains::tested_pairs, threads), pieces.size(), 1,
             [&](const Range& range, int) {
               Run& piece = pieces[range.begin];
-              if (!piece.decided || test->everyPair())
-                piece.last = test->keep(piece.first, piece.last);
+              if (isOpen(piece)) piece.last = test->keep(piece.first, piece.last);
               piece.decided = true;
             });
   runs.clear();

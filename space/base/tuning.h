@@ -47,6 +47,12 @@ constexpr std::size_t least_mapped = std::size_t{1} << 16;
 // asking for them ahead cost a third of a report that only counts, at 1,000,000 it saved a third.
 constexpr std::size_t far_slots = std::size_t{1} << 18;
 
+// Devices read boxes while others are packed: 7/8 of those that are left at a time, as to pack one
+// takes ten times as long as to read it, while the rest is at least so many, read in 4 us. A round
+// number.
+constexpr std::size_t least_unread_boxes = 8192;
+constexpr std::size_t unread_share = 8;
+
 // How far ahead a geom is asked for that is only looked at: a look takes a few ns, a line from
 // memory a hundred times as long. Half as far took up to 1.33 times as long (peers, at rest).
 constexpr std::size_t look_distance = 4 * prefetch_distance;

@@ -105,6 +105,14 @@ void DeviceBackend::reportFailures(const std::string& reason) {
     dMessage(0, "parallel SAP space: the GPU back end failed (%s)%s", reason.c_str(), then.c_str());
 }
 
+BoxReader* DeviceBackend::reader(const ExtractionPlan& plan) {
+  if (!finder_ || plan.devices == 0 || plan.method != dParallelSAPMethodSweep ||
+      finder_->retry.isDue())
+    return nullptr;
+  finder_->sweep->useDevices(plan.devices);
+  return &*finder_->sweep;
+}
+
 // Where the last device fails, that was the last time.
 int DeviceBackend::find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs,
                         const PairTest& test) {
@@ -181,6 +189,9 @@ DeviceBackend::Devices DeviceBackend::devices() const {
   return {};
 }
 void DeviceBackend::prepare(int) {}
+BoxReader* DeviceBackend::reader(const ExtractionPlan&) {
+  return nullptr;
+}
 int DeviceBackend::find(const BoxSet&, const ExtractionPlan&, PairList&, const PairTest&) {
   return 0;
 }

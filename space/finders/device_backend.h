@@ -39,6 +39,8 @@ class DeviceBackend {
   // Has another thread make so many devices ready for this space.
   void prepare(int devices);
 
+  // Who reads boxes for a find() by that plan while others are packed; null: nobody.
+  BoxReader* reader(const ExtractionPlan& plan);
   // As PairFinder::find, by the plan's method, on the plan's devices; returns how many found
   // the pairs. 0, with nothing in `pairs`, where devices do not take such boxes or methods or all
   // have failed: the caller then finds the pairs itself. A device that fails is reported once

@@ -224,7 +224,8 @@ Found Pipeline::findAnew(Frame& frame) {
   const Plan& plan = frame.plan;
   stages_->cache.stop();
   const int update_threads =
-      stages_->geom_update.pack(call.geoms(), call.slots(), plan.rules, plan.threads);
+      stages_->geom_update.pack(call.geoms(), call.slots(), plan.rules, plan.threads,
+                                stages_->extraction.devices().reader(plan.extraction));
   stages_->cache.forgetChanges();
   call.scene.noteClean();
 

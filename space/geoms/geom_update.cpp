@@ -22,6 +22,14 @@ bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet&
          (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
          hasBitsOf(geom, slot, boxes) && boxes.bodies[slot] == keyOf(geom->body);
 }
+// Whoever reads boxes learns that the frame will not find their pairs.
+struct ForgetUnlessDone {
+  BoxReader* reader;
+  ~ForgetUnlessDone() {
+    if (reader) reader->forget();
+  }
+};
+
 void prefetchStatus(const dxBody* body) {
   // fixed: where they are in ODE 0.16, whose private header of bodies is not for us.
   constexpr std::size_t flags = 7 * sizeof(void*);
@@ -86,12 +94,13 @@ int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
   const auto nothing = [](const dxGeom*, Slot, UpdatePart&) {};
-  if (!changed) return void(forGeoms(AllGeoms{geoms, slots}, threads, nothing));
+  if (!changed) return void(forGeoms(AllGeoms{geoms, 0, slots}, threads, nothing));
   changed->listBelow(slots, slots_);
   forGeoms(ListedGeoms{geoms, slots_}, threads, nothing);
 }
 
-int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads) {
+int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+                     BoxReader* reader) {
   packer_.rules = rules;
   watching_ = false;
   boxes_.size = slots;
@@ -100,6 +109,9 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   boxes_.bodies.resizeDiscarding(slots);
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
+  const std::size_t least_unread = teamsAreTested() ? 1 : least_unread_boxes;
+  if (slots / unread_share < least_unread) reader = nullptr;
+  ForgetUnlessDone reading{reader};
   for (bool repeated = false;; repeated = true) {
     boxes_.wide ? boxes_.wide_boxes.resizeDiscarding(slots) : boxes_.boxes.resizeDiscarding(slots);
     std::fill(states_.begin(), states_.end(), PlainPacker::usualState(rules));
@@ -109,8 +121,17 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
       states_[slot] = packer_.pack(geom, slot, part.facts, boxes_);
       count(states_[slot], 1, part.facts);
     };
-    const int used = forGeoms(AllGeoms{geoms, slots}, threads, packSlot);
-    facts_ = mergeParts();
+    const bool is_read = reader && !boxes_.wide;
+    int used = 1;
+    facts_ = {};
+    for (std::size_t first = 0, last = 0; first < slots; first = last) {
+      const std::size_t unread = is_read ? (slots - first) / unread_share : 0;
+      last = unread < least_unread ? slots : slots - unread;
+      const AllGeoms piece = {geoms, first, last - first};
+      used = std::max(used, forGeoms(piece, threads, packSlot));
+      facts_.add(mergeParts());
+      if (is_read) reader->read(boxes_, first, last);
+    }
     moved += facts_.moved;
     facts_.moved = moved;
     // Boxes become doubles once more coarse ones overlap each other in vain than is worth their
@@ -122,8 +143,10 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
       boxes_.exact = facts_.exact_boxes || boxes_.wide;
       boxes_.filter_bits = facts_.filter_bits;
       boxes_.filter_bodies = facts_.filter_bodies;
+      if (!wide) reading.reader = nullptr;
       return used;
     }
+    if (is_read) reader->forget();
     boxes_.wide = wide;
     (wide ? boxes_.boxes.release() : boxes_.wide_boxes.release());
   }

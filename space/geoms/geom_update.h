@@ -6,6 +6,7 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
+#include "space/base/pair_finder.h"
 #include "space/base/parallel.h"
 #include "space/base/slot_set.h"
 #include "space/geoms/geom_packer.h"
@@ -49,8 +50,10 @@ class GeomUpdate {
   void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
 
   // Brings all up to date and fills boxes(), with doubles where floats would be too coarse for the
-  // scene, and by which filters they are to be paired. Returns the number of threads used.
-  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads);
+  // scene, and by which filters they are to be paired. If there is a reader, it gets floats of
+  // large scenes while others are packed. Returns the number of threads used.
+  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+           BoxReader* reader = nullptr);
 
   // Whether repack() may follow what was packed last.
   bool canRepack() const { return facts_.exact_bits || boxes_.wide_bits.data(); }
@@ -81,13 +84,13 @@ class GeomUpdate {
   }
 
  private:
-  // Geoms that are brought up to date together: those of all slots, or of the slots of a list.
+  // Geoms that are brought up to date together: of slots from a first one on, or of a list.
   struct AllGeoms {
     dxGeom* const* of_slot;
-    std::size_t count;
+    std::size_t first, count;
 
-    Slot slot(std::size_t i) const { return static_cast<Slot>(i); }
-    dxGeom* geom(std::size_t i) const { return of_slot[i]; }
+    Slot slot(std::size_t i) const { return static_cast<Slot>(first + i); }
+    dxGeom* geom(std::size_t i) const { return of_slot[first + i]; }
   };
   struct ListedGeoms {
     dxGeom* const* of_slot;

@@ -191,21 +191,25 @@ TEST_CASE("Only devices of one generation share a scene", "[.][free-other-free]"
   CHECK(emulation::callsWithoutContext() == 0);
 }
 
-TEST_CASE("Devices that may not read each other's memory share a scene by copies",
-          "[.][no-links]") {
+TEST_CASE("Devices that may not read each other's memory share no scene", "[.][no-links]") {
   REQUIRE(machine == "--");
   const sap_test::Messages messages;
-  emulation::settings().links = emulation::Settings::Refused;
-  Scene scene(dParallelSAPBackendCUDA, 2);
-  CHECK(scene.collide(3).devices == 2);
-  CHECK(emulation::device(0).asked_links == 1);
-  CHECK(emulation::device(0).linked == 0);
-  CHECK(messages.all().empty());
+  using emulation::Settings;
+  for (const auto links : {Settings::None, Settings::Refused}) {
+    emulation::settings().links = links;
+    Scene scene(dParallelSAPBackendCUDA, 2);
+    CHECK(scene.collide(3).devices == 1);
+    CHECK(emulation::device(0).asked_links == (links == Settings::Refused));
+    CHECK(emulation::device(0).linked == 0);
+    REQUIRE(messages.all().size() == 1u + (links == Settings::Refused));
+    CHECK(contains(messages.all().back(), "GPU 1 failed (to read the memory of another GPU"));
+    CHECK(contains(messages.all().back(), "GPUs left: 1"));
+  }
 }
 
 TEST_CASE("Storage of one frame is not locked for two devices either", "[.][locks-of-two]") {
   REQUIRE(machine == "--");
-  Scene scene(dParallelSAPBackendCUDA, 2, 400000);  // boxes travel in parts
+  Scene scene(dParallelSAPBackendCUDA, 2, 100000);  // boxes are read in pieces
   scene.collide();
   CHECK(emulation::locks().asked == 0);
   scene.collide();
@@ -248,6 +252,39 @@ TEST_CASE("Kernels read boxes from locked pages, and write pairs to them", "[.][
   const std::size_t before = emulation::copiedBytes();
   scene.collide();
   CHECK(emulation::copiedBytes() - before < 1000);
+}
+
+TEST_CASE(
+    "Devices read boxes while others are packed, and are waited for where they become doubles",
+    "[.][read-ahead]") {
+  REQUIRE(machine == "--");
+  emulation::settings().kernels_run = true;
+  for (const int devices : {1, 2}) {
+    INFO(devices << " devices");
+    Scene scene(dParallelSAPBackendCUDA, devices, 500);
+    const auto launches = [&] {
+      const int before = emulation::device(0).launches;
+      CHECK(scene.collide().devices == devices);
+      return emulation::device(0).launches - before;
+    };
+    scene.collide(3);
+    const int at_once = launches();
+    const sap_test::ScopedGrain grain(1);
+    CHECK(launches() > at_once);
+    for (const double by : {1e8, -1e8}) {
+      for (const dGeomID geom : scene.world.geoms()) {
+        const dReal* const place = dGeomGetPosition(geom);
+        dGeomSetPosition(geom, place[0] + by, place[1], place[2]);
+      }
+      for (int frame = 0; frame < 20; ++frame) {
+        const sap_test::Pairs pairs = sap_test::collide(scene.space);
+        REQUIRE(sap_test::difference(pairs, sap_test::expectedPairs(scene.world.geoms())) == "");
+        REQUIRE(emulation::pending() == 0);
+      }
+      CHECK(statsOf(scene.space).devices == (by > 0 ? 0 : devices));
+    }
+    CHECK(launches() > at_once);
+  }
 }
 
 TEST_CASE("Where pages cannot be locked frames are found as before", "[.][no-locks]") {

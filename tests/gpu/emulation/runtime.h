@@ -71,7 +71,7 @@ struct Settings {
   std::atomic<bool> contexts_wait{false};  // to make one takes until this is false
   // Which devices may read each other's memory: refused where the driver says so only when asked to
   // let them.
-  enum { All, Some, None, Refused } links = All;
+  enum { All, None, Refused } links = All;
 };
 Settings& settings();
 

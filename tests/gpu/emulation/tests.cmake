@@ -33,7 +33,7 @@ enable_warnings(emulation-tests)
 # Devices are free (-), full (f), of another generation (o) or too old (x).
 set(machines)
 foreach(machine full-free=f- auto-full-free=f- free-full-free=-f- full-full=ff auto-full=f free-free=-- free-free-free=---
-                free-other-free=-o- no-links=-- locks-of-two=-- locks=- kernels-on-host=- no-locks=- forked-locks=- no-thread=-- freed=fff
+                free-other-free=-o- no-links=-- locks-of-two=-- read-ahead=-- locks=- kernels-on-host=- no-locks=- forked-locks=- no-thread=-- freed=fff
                 full-in-frame=- forked=- reset=-- first-use=- no-driver=no-driver no-device= old-device=x)
   string(REPLACE "=" " ODE_PARALLEL_SAP_TEST_MACHINE=" machine ${machine})
   list(APPEND machines "${machine}")
