@@ -43,7 +43,7 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
                         int threads) try {
   freeNumbers();
   const int team = teamFor(pairs.size() + previous_.pairs.size() + resting_.size(),
-                           grains::passed_pairs, threads);
+                           grains::moved_pairs, threads);
   listPreviousGeoms(geoms);
   cutBoth(
       pairs, chunkOf(pairs.size(), chunk_pairs, team), previous_.pairs.begin(),
@@ -276,7 +276,7 @@ void PairEvents::listPlacesBefore(Buffer<std::size_t>& places, int threads) cons
   for (const Unreported& pair : is_same_ ? resting_ : next_resting_)
     if (touches[pair.number] == PairNumbers::ending_touch) places[pair.number] = pair.place;
   const Buffer<Number>& numbers = (is_same_ ? previous_ : next_).numbers;
-  const int team = teamFor(numbers.size(), grains::passed_pairs, threads);
+  const int team = teamFor(numbers.size(), grains::moved_pairs, threads);
   runChunks(
       listing, team, numbers.size(), chunk_pairs,
       [&](const Range& range, int) {

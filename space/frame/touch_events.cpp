@@ -131,7 +131,7 @@ void TouchEvents::listTouches(const ContactPairs& contacts, const NarrowPhase& f
 void TouchEvents::noteTouches(const ContactPairs& contacts, const NarrowPhase& found,
                               PairEvents& pairs, int threads) {
   const std::size_t count = pairs.pairs();
-  const int team = teamFor(count, grains::passed_pairs, threads);
+  const int team = teamFor(count, grains::moved_pairs, threads);
   const std::size_t chunk = chunkOf(count, chunk_pairs, team);
   changed_counts_.resizeDiscarding(count / chunk + 1);
   runChunks(
