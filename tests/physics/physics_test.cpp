@@ -42,7 +42,6 @@ TEST_CASE("At every physical extreme our pairs lead to the same bits as dSimpleS
                        << simple.steps << ", with ours " << ours.outcome << " at step "
                        << ours.steps);
     CHECK(same(ours, simple));
-    CHECK(std::string(ours.outcome) != "crashes");
   }
 }
 
