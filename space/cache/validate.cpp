@@ -13,6 +13,7 @@ namespace ode_parallel_sap {
 void FatProxies::validate(const BoxSet& boxes) const {
   constexpr char invariant[] =
       "each box lies in its fat box, with its filters, and candidates are all pairs of fat boxes";
+  const ScopedMode mode(exactMode());
   candidates_.validate(fat_.size);
   if (has_tree_) tree_.validate(fat_);
   mustHold(fat_.size == boxes.size, invariant);

@@ -57,12 +57,11 @@ struct Measures {
   double gap = 0;    // Extreme::error, late
 };
 
-// A run in a process of its own: some end in an assertion of ODE's, a crash or no end.
 struct Result {
-  char outcome[32] = "";  // in a word
+  std::string outcome = "not finite";  // in a word
   Measures measures;
   std::uint64_t digest = 0;  // of every bit of every state of every body
-  int steps = 0;             // that were made
+  int steps = 0;             // all whose outcome was finite
 };
 
 // The part of its steps that is made is `length`.

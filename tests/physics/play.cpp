@@ -1,12 +1,5 @@
-#include <sys/mman.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstring>
-#include <stdexcept>
 
 #include "extreme.h"
 
@@ -132,64 +125,31 @@ class Observer {
   Measures measures_;
 };
 
-// Of the process that plays, in memory that both share.
-Result* report;
-
-// No destructors: a space that is still locked would abort in its own.
-[[noreturn]] void answer(const char* outcome) {
-  std::strncpy(report->outcome, outcome, sizeof report->outcome - 1);
-  _exit(0);
-}
-
-void answerAborted(int, const char*, va_list) {
-  answer("aborts");
-}
-
-// One run from the beginning; fills the report.
-std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& setting) {
-  Stage stage(pairing, setting, extreme.step, extreme.gravity);
-  stage.add(extreme.things);
-  if (extreme.build) extreme.build(stage);
-  stage.stir(1e-5 * extreme.unit);
-  Observer observer(extreme, stage);
-  for (int step = 0; step < extreme.steps; ++step) {
-    if (extreme.drive) extreme.drive(stage);
-    stage.step();
-    report->digest = tradeoff::digestOf(stage.bodies(), report->digest);
-    report->steps = step + 1;
-    if (!stage.isFinite()) return "not finite";
-    observer.look(stage, step);
-  }
-  report->measures = observer.end(stage);
-  return judge(extreme, report->measures);
-}
-
 }  // namespace
 
 Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, double length) {
-  void* const shared =
-      mmap(nullptr, sizeof(Result), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (shared == MAP_FAILED) throw std::runtime_error("no memory to share");
-  const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("no process");
-  if (child == 0) {
-    report = static_cast<Result*>(shared);
-    alarm(2000);  // far beyond what it may take
-    dSetDebugHandler(answerAborted);
-    dSetErrorHandler(answerAborted);
-    dSetMessageHandler([](int, const char*, va_list) {});
-    Extreme part = extreme;
-    part.steps = std::max(1, static_cast<int>(extreme.steps * length));
-    answer(playOnce(part, pairing, setting).c_str());
+  Extreme part = extreme;
+  part.steps = std::max(1, static_cast<int>(extreme.steps * length));
+  Stage stage(pairing, setting, part.step, part.gravity);
+  stage.add(part.things);
+  if (part.build) part.build(stage);
+  stage.stir(1e-5 * part.unit);
+  Observer observer(part, stage);
+  Result result;
+  while (result.steps < part.steps) {
+    if (part.drive) part.drive(stage);
+    stage.step();
+    result.digest = tradeoff::digestOf(stage.bodies(), result.digest);
+    if (!stage.isFinite()) return result;
+    observer.look(stage, result.steps++);
   }
-  waitpid(child, nullptr, 0);
-  const Result said = *static_cast<Result*>(shared);
-  munmap(shared, sizeof(Result));
-  return said.outcome[0] ? said : Result{"crashes", {}, 0, 0};
+  result.measures = observer.end(stage);
+  result.outcome = judge(part, result.measures);
+  return result;
 }
 
 bool same(const Result& a, const Result& b) {
-  return !std::strcmp(a.outcome, b.outcome) && a.steps == b.steps && a.digest == b.digest;
+  return a.outcome == b.outcome && a.steps == b.steps && a.digest == b.digest;
 }
 
 bool isWhatItOwes(const std::string& outcome) {
