@@ -18,9 +18,9 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// The boxes of the geoms of some slots in cells with a tree, and their pairs with later geoms, in
-// the room that there is. Boxes are floats, counted from one of them: far from the origin, too,
-// these tell most apart, and the AABBs decide where they cannot.
+// The geoms of some slots, in cells with a tree over them, and their pairs with later geoms, in the
+// room that there is. Boxes are floats relative to one of the geoms, so they are fine enough far
+// from the origin, too. Where floats cannot decide, the AABBs do.
 class Part {
  public:
   static constexpr std::size_t least_geoms = 64;  // 6 KB, which the stack of any thread has
@@ -41,7 +41,7 @@ class Part {
     const dxGeom* const middle = geoms_[begin + (end - begin) / 2];
     for (int axis = 0; axis < 3; ++axis)
       origin_[axis] = middle && isPlain(middle) ? middle->aabb[2 * axis] : 0;
-    // What is needed to cut lies where the cells, pairs and finds will be.
+    // Cutting uses the places of what comes later: cells, pairs, found slots.
     Centre* const centres = reinterpret_cast<Centre*>(pairs_);
     std::uint32_t *const order = found_, *const starts = reinterpret_cast<std::uint32_t*>(
                                              centres + (end - begin));
