@@ -6,7 +6,7 @@
 
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
-#include "space/simd/kernel_trees.h"
+#include "space/simd/kernel_overlaps.h"
 #include "space/simd/row_order.h"
 
 namespace {

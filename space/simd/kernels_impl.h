@@ -12,7 +12,6 @@
 #include "space/simd/kernel_kept_pairs.h"
 #include "space/simd/kernel_overlaps.h"
 #include "space/simd/kernel_rows.h"
-#include "space/simd/kernel_trees.h"
 
 namespace {
 
