@@ -6,6 +6,7 @@
 #include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
+#include "space/geoms/pair_filter.h"
 
 namespace ode_parallel_sap {
 
@@ -16,6 +17,7 @@ void PairCache::beginFrame() {
 
 void PairCache::start(std::size_t slots) {
   changed_.growTo(slots);
+  changed_.clear();
   running_ = true;
   all_may_have_changed_ = false;
 }
@@ -71,7 +73,7 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   const PairFilter filter(geoms.data(), geom_update, rules_);
   found.decide(&filter, threads);
   stats.kept = changed_pairs_.replace(changed_, threads, pairs);
-  forgetChanges();
+  changed_.clear();
   return true;
 }
 

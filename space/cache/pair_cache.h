@@ -12,16 +12,13 @@
 #include "space/base/platform.h"
 #include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
-#include "space/cache/fat_proxies.h"
 #include "space/geoms/geom_update.h"
-#include "space/geoms/pair_filter.h"
 #include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
 
 // If at most one geom in changed_share changed, pairs of the others stay, and those of changed
-// geoms are found in a tree and merged in. If all geoms move by little, FatProxies keeps the pairs
-// of larger boxes in the same way. A PairFinder finds all other frames anew.
+// geoms are found in a tree and merged in.
 class PairCache {
  public:
   // The geom of a slot is new, gone or has moved.
@@ -39,14 +36,13 @@ class PairCache {
   void noteAll() { all_may_have_changed_ = true; }
   // The slots that changed since the last frame; null where that is not known.
   const SlotSet* changed() const { return complete_ && running_ ? &changed_ : nullptr; }
-  // All boxes were packed.
-  void forgetChanges() { changed_.clear(); }
 
   // Frames within a callback use the boxes, too, and one that throws leaves them as they are: then
   // nothing is kept.
   void beginFrame();
   void endFrame() { complete_ = true; }
-  // The pairs of a frame that was found anew are complete.
+  // The boxes and pairs of a frame that was found anew are complete. From stop() on no change
+  // counted.
   void start(std::size_t slots);
   void stop() { running_ = false; }
 
@@ -70,12 +66,10 @@ class PairCache {
   bool renew(const GeomTree::Geoms& geoms, const Update& update, const GeomUpdate& geom_update,
              int threads, SharedPart<GeomTree>& part, PairList& pairs, dParallelSAPStats& stats);
 
-  FatProxies& fat() { return fat_; }
-
   // Pairs are all that overlap and pass the filter, more with a tolerance, and no change is left.
   void validate(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
                 const PairList& pairs) const;
-  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_, fat_); }
+  std::size_t bytes() const { return bytesOf(changed_, changed_pairs_); }
 
  private:
   bool tooMany(std::size_t changes, std::size_t slots) const;
@@ -87,7 +81,6 @@ class PairCache {
   bool reported_all_ = false;  // of the candidates, in the last frame
   PackRules rules_;            // of the last update()
   ChangedPairs changed_pairs_;
-  FatProxies fat_;
 };
 
 }  // namespace ode_parallel_sap

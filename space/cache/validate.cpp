@@ -5,8 +5,10 @@
 
 #include "space/base/floating_point.h"
 #include "space/base/packed_pair_rule.h"
+#include "space/cache/fat_proxies.h"
 #include "space/cache/pair_cache.h"
 #include "space/cache/pair_events.h"
+#include "space/geoms/pair_filter.h"
 
 namespace ode_parallel_sap {
 

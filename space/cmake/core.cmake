@@ -12,7 +12,6 @@ add_library(
   ${core}/cache/changed_pairs.cpp
   ${core}/base/pair_list.cpp
   ${core}/base/platform.cpp
-  ${core}/pairs/cell_coherence.cpp
   ${core}/pairs/cell_order.cpp
   ${core}/pairs/cell_trees.cpp
   ${core}/paper/axis_lists.cpp

@@ -13,19 +13,6 @@
 
 namespace ode_parallel_sap {
 
-// The methods that run on the CPU for boxes of floats or of doubles.
-template <class Real>
-struct FindersOf {
-  BruteForce<Real> brute_force;
-  Sweep<Real> sweep;
-
-  PairFinder& of(int method) {
-    if (method == dParallelSAPMethodBruteForce) return brute_force;
-    return sweep;
-  }
-  std::size_t bytes() const { return bytesOf(brute_force, sweep); }
-};
-
 // How the pairs were found.
 struct Found {
   int method = 0;                        // that ran
@@ -42,12 +29,9 @@ class Extraction {
   Found find(const BoxSet& boxes, ExtractionPlan plan, const PairTest& test, PairList& pairs) try {
     Found found;
     found.method = plan.method;
-    if (plan.devices > 0) found.devices = devices_.find(boxes, plan, pairs, test);
-    if (found.devices > 0) return found;
-    PairFinder& finder = plan.method == dParallelSAPMethodAxisLists ? axis_lists_
-                         : boxes.wide                               ? doubles_.of(plan.method)
-                                                                    : floats_.of(plan.method);
-    found.threads = finder.find(boxes, plan.threads, pairs, &test);
+    if (plan.devices > 0) found.devices = devices.find(boxes, plan, pairs, test);
+    if (found.devices == 0)
+      found.threads = finderOf(plan.method, boxes.wide).find(boxes, plan.threads, pairs, &test);
     return found;
   } catch (const ListsTooLong& lists) {
     plan.method = dParallelSAPMethodSweep;
@@ -56,22 +40,33 @@ class Extraction {
     return found;
   }
 
-  Sweep<float>& sweep() { return floats_.sweep; }
-  DeviceBackend& devices() { return devices_; }
-
   // Gives back what is held, but for the devices: that took too long to get.
   void release() {
-    floats_ = {};
-    doubles_ = {};
+    brute_force_ = {};
+    wide_brute_force_ = {};
+    sweep = {};
+    wide_sweep_ = {};
     axis_lists_ = {};
   }
-  std::size_t bytes() const { return bytesOf(floats_, doubles_, axis_lists_, devices_); }
+  std::size_t bytes() const {
+    return bytesOf(brute_force_, wide_brute_force_, sweep, wide_sweep_, axis_lists_, devices);
+  }
+
+  Sweep<float> sweep;
+  DeviceBackend devices;
 
  private:
-  FindersOf<float> floats_;
-  FindersOf<double> doubles_;
+  PairFinder& finderOf(int method, bool wide) {
+    if (method == dParallelSAPMethodAxisLists) return axis_lists_;
+    if (method == dParallelSAPMethodBruteForce)
+      return wide ? static_cast<PairFinder&>(wide_brute_force_) : brute_force_;
+    return wide ? static_cast<PairFinder&>(wide_sweep_) : sweep;
+  }
+
+  BruteForce<float> brute_force_;
+  BruteForce<double> wide_brute_force_;  // for boxes of doubles
+  Sweep<double> wide_sweep_;
   AxisLists axis_lists_;
-  DeviceBackend devices_;
 };
 
 }  // namespace ode_parallel_sap

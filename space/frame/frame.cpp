@@ -6,6 +6,7 @@
 #include "space/base/validate.h"
 #include "space/frame/geoms_ahead.h"
 #include "space/frame/without_memory.h"
+#include "space/geoms/pair_filter.h"
 
 namespace ode_parallel_sap {
 
@@ -201,6 +202,7 @@ void Pipeline::giveBack(const FrameCall& call) {
   stages_->geom_update = GeomUpdate();
   stages_->extraction.release();
   stages_->cache = PairCache();
+  stages_->fat = FatProxies();
   GeomTree* const tree = call.tree.get();
   if (tree && !call.scene.nested) tree->release();
 }
@@ -225,8 +227,7 @@ Found Pipeline::findAnew(Frame& frame) {
   stages_->cache.stop();
   const int update_threads =
       stages_->geom_update.pack(call.geoms(), call.slots(), plan.rules, plan.threads,
-                                stages_->extraction.devices().reader(plan.extraction));
-  stages_->cache.forgetChanges();
+                                stages_->extraction.devices.reader(plan.extraction));
   call.scene.noteClean();
 
   const BoxSet& boxes = stages_->geom_update.boxes();
@@ -237,16 +238,16 @@ Found Pipeline::findAnew(Frame& frame) {
   const PairFilter filter(call.geoms(), stages_->geom_update, plan.rules);
   Found found;
   const bool fat = plan.fat_pairs && !boxes.wide &&
-                   stages_->cache.fat().prepare(
+                   stages_->fat.prepare(
                        boxes, static_cast<double>(stages_->geom_update.tolerance()), plan.threads);
   if (fat) {
-    found.threads = stages_->cache.fat().find(boxes, plan.threads, stages_->extraction.sweep(),
-                                              filter, candidates);
+    found.threads =
+        stages_->fat.find(boxes, plan.threads, stages_->extraction.sweep, filter, candidates);
     found.method = dParallelSAPMethodSweep;
-    frame.stats.candidates_kept = stages_->cache.fat().kept();
-    if constexpr (validates) stages_->cache.fat().validate(boxes);
+    frame.stats.candidates_kept = stages_->fat.kept();
+    if constexpr (validates) stages_->fat.validate(boxes);
   } else {
-    stages_->cache.fat().noteUnused();
+    stages_->fat.noteUnused();
     found = stages_->extraction.find(boxes, plan.extraction, filter, candidates);
   }
   if (found.too_long) complaints_.ofTooLong(*found.too_long);
@@ -319,14 +320,14 @@ void Pipeline::turnEvents(int kinds) {
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) {
   return {call.slots(), stages_->geom_update.boxes().wide, call.scene.nested,
-          stages_->extraction.devices().devices()};
+          stages_->extraction.devices.devices()};
 }
 
 // `found`: how the pairs were found anew; null if they were kept.
 void Pipeline::learn(const Frame& frame, const Found* found) {
-  if (!found) stages_->cache.fat().noteUnused();
+  if (!found) stages_->fat.noteUnused();
   if (!frame.plan.weighs_devices) return;
-  DeviceBackend& devices = stages_->extraction.devices();
+  DeviceBackend& devices = stages_->extraction.devices;
   devices.reportLeftOut();
   const int wanted = stages_->policy.learn(frame.plan, factsOf(frame.call), frame.call.settings,
                                            found, frame.clock.of(Stage::extract));
@@ -419,6 +420,7 @@ void Pipeline::release(int part, FrameLists& lists) {
     default:  // at last: frames that find all anew begin to fill the cache
       stages_->extraction.release();
       stages_->cache = PairCache();
+      stages_->fat = FatProxies();
   }
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "space/cache/fat_proxies.h"
 #include "space/cache/pair_cache.h"
 #include "space/cache/pair_events.h"
 #include "space/contacts/contact_pairs.h"
@@ -163,8 +164,9 @@ class Pipeline {
     GeomUpdate geom_update;
     Extraction extraction;
     PairCache cache;
+    FatProxies fat;
 
-    std::size_t bytes() const { return bytesOf(geom_update, extraction, cache); }
+    std::size_t bytes() const { return bytesOf(geom_update, extraction, cache, fat); }
   };
 
   bool cleanMany(const Scene& scene, const Settings& settings);

@@ -86,27 +86,13 @@ const TreeView<Real>& CellTrees<Real>::treeOf(std::size_t cell) const {
   return views_[tree];
 }
 
+// The bounds above the cell grow with its own. These do not grow beyond some lengths of the box, as
+// it is or was.
 template <class Real>
-bool CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
-  const bool fits = makeRoom(cell, lane, box, true);
-  put(fits ? box : inactiveBox<Real>(), groups_[cell], lane);
-  return fits;
-}
-
-template <class Real>
-bool CellTrees<Real>::moveWithin(std::size_t cell, int lane, const BasicBox<Real>& box) {
-  const bool fits = makeRoom(cell, lane, box, false);
-  if (fits) put(box, groups_[cell], lane);
-  return fits;
-}
-
-// Has the bounds of a cell, and all above it, hold the box. Not where they would have to grow
-// beyond some lengths of the box, as it is or was, nor where they may not.
-template <class Real>
-bool CellTrees<Real>::makeRoom(std::size_t cell, int place, const BasicBox<Real>& box,
-                               bool may_grow) {
+bool CellTrees<Real>::moveBox(std::size_t cell, int place, const BasicBox<Real>& box,
+                              bool may_grow) {
   if (!isActive(box)) return false;
-  const Group<Real>& boxes = groups_[cell];
+  Group<Real>& boxes = groups_[cell];
   const TreeView<Real>& view = treeOf(cell);
   std::size_t child = cell - view.first_cell;
   Group<Real>* bounds = &level(view, 1)[child / group_size];
@@ -133,6 +119,7 @@ bool CellTrees<Real>::makeRoom(std::size_t cell, int place, const BasicBox<Real>
     if (depth + 1 == view.depth) break;
     bounds = &level(view, depth + 1)[child / group_size];
   }
+  put(box, boxes, place);
   return true;
 }
 

@@ -29,13 +29,11 @@ class CellTrees {
   // `class_ends` has the last cell of each class, plus one: cells are numbered through all classes.
   void build(const BoxSet& boxes, const CellBoxes& of, const std::vector<std::uint32_t>& class_ends,
              int threads);
-  // Puts another box into a place, all NaN for none. False if the bounds of its cell, whose boxes
-  // are moved about, would be much longer than the box: the place is then empty.
-  bool setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
-
-  // The same where the bounds of the cell hold the box as they are; else false. For different
-  // places many threads may do so at once.
-  bool moveWithin(std::size_t cell, int lane, const BasicBox<Real>& box);
+  // Puts another box into a place, if it is not NaN and the bounds of the cell hold it, or may grow
+  // and will not be much longer than the box. Else false, and the place keeps its box. Where they
+  // may not grow, many threads may do so at once for different places.
+  bool moveBox(std::size_t cell, int lane, const BasicBox<Real>& box, bool may_grow);
+  void removeBox(std::size_t cell, int lane) { put(inactiveBox<Real>(), groups_[cell], lane); }
   // Asks for what these change.
   void prefetchCell(std::size_t cell) const {
     for (int axis = 0; axis < 3; ++axis) {
@@ -64,7 +62,6 @@ class CellTrees {
   void layOut(const std::vector<std::uint32_t>& class_ends, bool filtered);
   void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
   const TreeView<Real>& treeOf(std::size_t cell) const;
-  bool makeRoom(std::size_t cell, int place, const BasicBox<Real>& box, bool may_grow);
 
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
   Buffer<GroupFilter> filters_;

@@ -1,8 +1,10 @@
 #include "space/pairs/sweep.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "space/base/floating_point.h"
+#include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 
@@ -10,9 +12,75 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region sweeping("sweep: tasks");
+Region comparing("cell coherence: active boxes"), sweeping("sweep: tasks");
+
+// Calls use(span) with the sum of extents of each cell of all trees; not a number where there is
+// none.
+template <class Real, class Use>
+void forSpans(const CellTrees<Real>& trees, Use use) {
+  for (std::size_t i = 0; i < trees.count(); ++i) {
+    const TreeView<Real>& tree = trees.views()[i];
+    for (std::uint32_t node = 0; tree.depth && node < tree.groups[1]; ++node) {
+      const Group<Real>& cells = tree.levels[1][node];
+      for (int lane = 0; lane < group_size; ++lane) {
+        Real span = 0;
+        for (int axis = 0; axis < 3; ++axis)
+          span += cells.upper[axis][lane] - cells.lower[axis][lane];
+        use(span);
+      }
+    }
+  }
+}
 
 }  // namespace
+
+template <class Real>
+bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
+  if (!mechanisms::kept_cells) return false;
+  constexpr std::size_t word_slots = SlotSet::word_slots;
+  const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
+  active_.growTo(boxes.size);
+  std::atomic<bool> same{known_ && size_ == boxes.size};
+  size_ = boxes.size;
+  const BasicBox<Real>* const box = boxesOf<Real>(boxes);
+  const int most = teamFor(words, grains::cells, threads);
+  runTeam(comparing, most, [&](int thread, int team) {
+    const Range range = ownPart(words, thread, team);
+    for (std::size_t word = range.begin; word < range.end; ++word) {
+      const std::size_t first = word * word_slots, count = std::min(boxes.size - first, word_slots);
+      std::uint64_t bits = 0;
+      for (std::size_t i = 0; i < count; ++i) bits |= std::uint64_t{isActive(box[first + i])} << i;
+      if (bits == active_.word(word)) continue;
+      active_.setWord(word, bits);
+      same.store(false, std::memory_order_relaxed);
+    }
+  });
+  return same && reuses_ < longest_reuse && !back_off_.skipTurn();
+}
+
+template <class Real>
+bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
+  // On average, as shares of what they were. What was infinite has not grown.
+  double growth = 0, count = 0;
+  const Real* before = spans_.begin();
+  forSpans(trees, [&](Real span) {
+    growth += span > *before ? span / *before - 1 : 0;
+    count += span == span;
+    ++before;
+  });
+  const bool good = !(growth > most_growth * count);
+  ++reuses_;
+  good ? back_off_.paid() : back_off_.failed();
+  return good;
+}
+
+template <class Real>
+void CellCoherence<Real>::restart(const CellTrees<Real>& trees) {
+  spans_.resizeDiscarding(0);
+  forSpans(trees, [this](Real span) { spans_.push_back(span); });
+  reuses_ = 0;
+  known_ = true;
+}
 
 template <class Real>
 void Sweep<Real>::planTasks(int threads) {

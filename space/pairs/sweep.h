@@ -30,15 +30,15 @@ class CellCoherence {
   // Cells were cut anew for the boxes that mayReuse() saw, and packed.
   void restart(const CellTrees<Real>& trees);
 
-  std::size_t bytes() const { return bytesOf(active_, spans_, spans_when_cut_); }
+  std::size_t bytes() const { return bytesOf(active_, spans_); }
 
  private:
   bool known_ = false;
   std::size_t size_ = 0;
-  SlotSet active_;                          // slots that mayReuse() saw last
-  Buffer<Real> spans_, spans_when_cut_[2];  // of all below the nodes of the two lowest levels
-  int reuses_ = 0;                          // frames since the cells were cut
-  BackOff back_off_{1};                     // trees over cells of no use are built in vain
+  SlotSet active_;       // slots that mayReuse() saw last
+  Buffer<Real> spans_;   // of all cells when they were cut
+  int reuses_ = 0;       // frames since the cells were cut
+  BackOff back_off_{1};  // trees over cells of no use are built in vain
 };
 
 // The boxes are dealt into regions and halved down to cells of sixteen (CellOrder), with trees of

@@ -156,9 +156,9 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
 }
 
 bool GeomTree::clean(const Geoms& geoms) {
-  if (!tree_ || !tree_->built || tree_->all_changed) return false;
-  if (tree_->changed.size() > grains::slots.work) return false;  // for several threads
-  for (const Slot slot : tree_->changed) {
+  if (!tree_.built || tree_.all_changed) return false;
+  if (tree_.changed.size() > grains::slots.work) return false;  // for several threads
+  for (const Slot slot : tree_.changed) {
     dxGeom* const geom = geomAt(geoms, slot);
     if (geom && geom->gflags & GEOM_DIRTY) cleanGeom(geom);
   }
@@ -182,11 +182,11 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
   if (!must && (!mechanisms::query_trees || geoms.size() <= small_scene_slots)) return false;
 
   const double expected = std::max(queries_, last_queries_);
-  const bool is_current = tree_ && tree_->isCurrent();
+  const bool is_current = tree_.isCurrent();
   const bool is_cheap = stray_rows_ <= slots * build_cost;
   bool up_to_date = is_current && is_cheap;
-  if (!up_to_date && tree_ && tree_->built) {
-    const std::size_t changed = tree_->all_changed ? geoms.size() : tree_->changed.size();
+  if (!up_to_date && tree_.built) {
+    const std::size_t changed = tree_.all_changed ? geoms.size() : tree_.changed.size();
     const double cost = static_cast<double>(changed) * refresh_cost;
     if (!must && cost > expected * slots) return false;
     const bool most = cost > slots;  // a build may cost less
@@ -196,20 +196,19 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     if (!close()) return is_current;
     const bool skipped = most && back_off_.skipTurn();
     if (!skipped && is_cheap && mechanisms::kept_query_tree) {
-      up_to_date = tree_->refresh(geoms, threads, most_rows);
+      up_to_date = tree_.refresh(geoms, threads, most_rows);
       if (most) up_to_date ? back_off_.paid() : back_off_.failed();
     }
   }
   if (!up_to_date) {
     if ((!must && build_cost > expected) || !close()) return false;
-    if (!tree_) tree_ = std::make_unique<Tree>();
-    tree_->build(geoms, threads);
+    tree_.build(geoms, threads);
     stray_rows_ = 0;
   }
   if constexpr (validates)
     if (!is_current) validate(geoms);
   if (!is_open_.load(std::memory_order_relaxed)) is_open_.store(true, std::memory_order_release);
-  stray_rows_ += static_cast<double>(queries * tree_->strayRows());
+  stray_rows_ += static_cast<double>(queries * tree_.strayRows());
   return true;
 }
 

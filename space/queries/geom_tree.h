@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <memory>
 #include <vector>
 
 #include "space/base/back_off.h"
@@ -35,13 +34,13 @@ class GeomTree {
   void changed(std::size_t slot) {
     if (!asked_) return;
     ++changes_;
-    if (!tree_ || tree_->all_changed) return;
-    Buffer<Slot>& changed = tree_->changed;
-    tree_->all_changed = changed.size() == changed.capacity();
-    if (!tree_->all_changed) changed.push_back(static_cast<Slot>(slot));
+    if (tree_.all_changed) return;
+    Buffer<Slot>& changed = tree_.changed;
+    tree_.all_changed = changed.size() == changed.capacity();
+    if (!tree_.all_changed) changed.push_back(static_cast<Slot>(slot));
   }
   void reset() {
-    if (tree_) tree_->built = false;
+    tree_.built = false;
     is_open_.store(false, std::memory_order_relaxed);
   }
 
@@ -53,7 +52,7 @@ class GeomTree {
    public:
     explicit Reader(const GeomTree& tree) : tree_(tree) {
       tree.readers_.fetch_add(1);
-      may_read_ = tree.is_open_.load() && tree.tree_->isCurrent();
+      may_read_ = tree.is_open_.load() && tree.tree_.isCurrent();
     }
     Reader(const Reader& other) : tree_(other.tree_), may_read_(other.may_read_) {
       tree_.readers_.fetch_add(1);
@@ -77,7 +76,7 @@ class GeomTree {
   // Calls work(trees) with the QueryTrees of both kinds, of floats or doubles.
   template <class Work>
   auto withTrees(Work work) const {
-    return tree_->is_wide ? work(tree_->wide) : work(tree_->narrow);
+    return tree_.is_wide ? work(tree_.wide) : work(tree_.narrow);
   }
 
   // Leaves in `found` the slots of the geoms, from the first kind on, whose AABBs overlap that of
@@ -91,14 +90,14 @@ class GeomTree {
 
   // A frame went by: a tree that no query used in many of them is given back. Whether it was.
   bool noteFrame() {
-    if (!tree_ || ++idle_frames_ != idle_frames) return false;
+    if (++idle_frames_ != idle_frames) return false;
     release();
     return true;
   }
 
   // Gives back all that is held, if nobody reads it.
   void release() {
-    if (close()) tree_.reset();
+    if (close()) tree_ = Tree();
   }
   std::size_t bytes() const { return bytesOf(tree_); }
 
@@ -140,7 +139,7 @@ class GeomTree {
     return closed;
   }
 
-  std::unique_ptr<Tree> tree_;
+  Tree tree_;
   mutable std::atomic<int> readers_{0};
   std::atomic<bool> is_open_{false};
   int idle_frames_ = 0;

@@ -41,7 +41,8 @@ void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
   places_.growTo(slot + std::size_t{1}, nowhere);
   std::uint32_t place = places_[slot];
   if (place < cells() * group_size) {
-    if (trees_.setBox(place / group_size, place % group_size, box)) return;
+    if (trees_.moveBox(place / group_size, place % group_size, box, /*may_grow=*/true)) return;
+    trees_.removeBox(place / group_size, place % group_size);
     places_[slot] = place = nowhere;
   }
   if (place == nowhere) {

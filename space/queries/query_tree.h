@@ -29,7 +29,7 @@ class QueryTree {
   bool moveWithin(Slot slot, const BasicBox<Real>& box) {
     const std::uint32_t place = placeOf(slot);
     return place < cells() * group_size &&
-           trees_.moveWithin(place / group_size, place % group_size, box);
+           trees_.moveBox(place / group_size, place % group_size, box, /*may_grow=*/false);
   }
   // Asks for what these change.
   void prefetchPlace(Slot slot) const {

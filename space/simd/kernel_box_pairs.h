@@ -1,8 +1,6 @@
 // Pairs of boxes that ODE's collider certainly finds apart. Internal linkage, as in kernels_impl.h.
 #pragma once
 
-#include <string.h>
-
 #include "space/simd/kernels.h"
 
 namespace {
@@ -40,58 +38,35 @@ inline Floats sumOf(const Floats* x) {
   return magnitudeOf(x[0]) + magnitudeOf(x[1]) + magnitudeOf(x[2]);
 }
 
-// Rows of three numbers, each of a pair and lying side by side, become the numbers of many pairs.
-constexpr int rows_of_pair = 9;  // fixed: matrices, from centre to centre, sides
-struct alignas(64) BoxRows {
-  // Of pairs 4 b + i of a register, at [i][4 b]; the fourth number is nothing.
-  float of[rows_of_pair][4][float_lanes];
+// The numbers of a register of pairs: of rows of matrices, ways from centre to centre, and sides.
+struct BoxRows {
+  static constexpr int rows = 9;
+  alignas(64) float of[rows][3][float_lanes];
 
+  // Far from the origin, too, the difference of centres is as good as the numbers are.
   template <class Real>
   BoxRows(const BoxPairs<Real>& pairs, int first) {
     for (int lane = 0; lane < float_lanes; ++lane) {
       const int pair = first + lane;
-      for (int row = 0; row < 3; ++row) {
-        put(lane, row, pairs.matrix[0][pair] + 4 * row);
-        put(lane, 3 + row, pairs.matrix[1][pair] + 4 * row);
+      for (int k = 0; k < 3; ++k) {
+        for (int row = 0; row < 3; ++row) {
+          put(row, k, lane, pairs.matrix[0][pair][4 * row + k]);
+          put(3 + row, k, lane, pairs.matrix[1][pair][4 * row + k]);
+        }
+        put(6, k, lane, pairs.centre[1][pair][k] - pairs.centre[0][pair][k]);
+        put(7, k, lane, pairs.sides[0][pair][k]);
+        put(8, k, lane, pairs.sides[1][pair][k]);
       }
-      putDifference(lane, 6, pairs.centre[0][pair], pairs.centre[1][pair]);
-      put(lane, 7, pairs.sides[0][pair]);
-      put(lane, 8, pairs.sides[1][pair]);
     }
   }
-
   void take(int row, Floats* numbers) const {
-    const auto at = [&](int i) { return *reinterpret_cast<const Floats*>(of[row][i]); };
-    Floats low[2], high[2];
-    for (int i = 0; i < 2; ++i) {
-      pick<0, 4, 1, 5>(at(2 * i), at(2 * i + 1), &low[i]);
-      pick<2, 6, 3, 7>(at(2 * i), at(2 * i + 1), &high[i]);
-    }
-    pick<0, 1, 4, 5>(low[0], low[1], numbers);
-    pick<2, 3, 6, 7>(low[0], low[1], numbers + 1);
-    pick<0, 1, 4, 5>(high[0], high[1], numbers + 2);
+    for (int k = 0; k < 3; ++k) numbers[k] = *reinterpret_cast<const Floats*>(of[row][k]);
   }
 
  private:
-  using FourFloats = FourOf<float>::Type;
-
-  void place(const FourFloats& numbers, int lane, int row) {
-    memcpy(of[row][lane % 4] + lane / 4 * 4, &numbers, sizeof numbers);
-  }
   template <class Real>
-  void put(int lane, int row, const Real* from) {
-    typename FourOf<Real>::Type numbers;
-    memcpy(&numbers, from, sizeof numbers);
-    place(__builtin_convertvector(numbers, FourFloats), lane, row);
-  }
-  // Far from the origin, too, the difference is as good as the numbers are.
-  template <class Real>
-  void putDifference(int lane, int row, const Real* from, const Real* to) {
-    typename FourOf<Real>::Type a, b;
-    memcpy(&a, from, sizeof a);
-    memcpy(&b, to, sizeof b);
-    b -= a;
-    place(__builtin_convertvector(b, FourFloats), lane, row);
+  void put(int row, int k, int lane, Real number) {
+    of[row][k][lane] = static_cast<float>(number);
   }
 };
 

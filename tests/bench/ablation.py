@@ -29,8 +29,8 @@ HEADER = "space/base/mechanisms.h"
 RUNS = {
     "kept_pairs": ("frame/frame.cpp", "  return stages_->cache.renew(", "true"),
     "incremental_trees": ("cache/pair_cache.cpp", "  stats.kept = changed_pairs_.replace(", "true"),
-    "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "stages_->cache.fat().kept() > 0"),
-    "kept_cells": ("pairs/cell_coherence.cpp", "  ++reuses_;", "good"),
+    "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "stages_->fat.kept() > 0"),
+    "kept_cells": ("pairs/sweep.cpp", "  ++reuses_;", "good"),
     "still_small_scenes": ("frame/small_scenes.cpp", "  lists.changes = changes;", "still"),
     "small_scenes": ("frame/frame.cpp", "  return small_scenes_.collide(", "true"),
     "box_classes": ("pairs/box_classes.cpp", "  classes_.clear();",

@@ -70,11 +70,12 @@ def memory(directory):
 
 
 def frames(directory):
-    """Frames of a program that does something else between them, on quiet hosts and busy ones."""
+    """Frames of a program that does something else between them, on a quiet host and on the busiest one."""
     rows = read(directory, "frames")
     sizes = values(rows, "n")
     lines = []
-    for others in values(rows, "others"):
+    busy = values(rows, "others")
+    for others in busy[0], busy[-1]:
         for between, of in ("nothing", (0, 0)), ("16 ms of sleep", (16, 0)), ("5 ms of work", (0, 5)):
             line = [between, str(others)]
             for n in sizes:
@@ -134,10 +135,10 @@ def rest(directory):
     """Scenes of which little moves, on one thread."""
     names = {"all-move": "all", "some-move": "the same few", "some-move-notified": "the same few, notified",
              "none-move": "none", "none-move-notified": "none, notified", "others-move": "other few in each frame",
-             "some-awake": "the same few, others asleep", "skip-asleep": "the same few, asleep skipped",
+             "skip-asleep": "the same few, asleep skipped",
              "skip-asleep-notified": "the same few, asleep skipped, notified", "skip-static": "the same few, static skipped",
              "tolerance-0.2": "all by 0.01 boxes, tolerance 0.2", "tolerance-0.002": "all by 0.01 boxes, tolerance 0.002"}
-    rows = [row for row in read(directory, "rest") if row["threads"] == 1]
+    rows = [row for row in read(directory, "rest") if row["threads"] == 1 and row["setting"] in names]
     lines = [[names[row["setting"]], count(row["n"]), count(row["movers"]), shown(row["mean_ms"]), shown(1 / row["ratio"], "×"),
               count(row["pairs"])] for row in rows]
     return markdown(["what moves", "boxes", "moving", "ms a frame", "times faster than all", "pairs reported"], lines,
