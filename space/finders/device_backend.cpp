@@ -106,8 +106,9 @@ void DeviceBackend::reportFailures(const std::string& reason) {
 }
 
 BoxReader* DeviceBackend::reader(const ExtractionPlan& plan) {
-  if (!finder_ || plan.devices == 0 || plan.method != dParallelSAPMethodSweep ||
-      finder_->retry.isDue())
+  if (!finder_) return nullptr;
+  finder_->sweep->forget();  // boxes of a frame that ended before it found pairs
+  if (plan.devices == 0 || plan.method != dParallelSAPMethodSweep || finder_->retry.isDue())
     return nullptr;
   finder_->sweep->useDevices(plan.devices);
   return &*finder_->sweep;
