@@ -7,8 +7,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdarg>
 #include <cstdlib>
+#include <limits>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -284,6 +287,20 @@ TEST_CASE(
       CHECK(statsOf(scene.space).devices == (by > 0 ? 0 : devices));
     }
     CHECK(launches() > at_once);
+    // A frame that ends before it finds pairs, and one of other storage on the CPU.
+    const dReal nan = std::numeric_limits<dReal>::quiet_NaN();
+    dGeomSetPosition(scene.world.addBox({{0, 0, 0}, {1, 1, 1}}), nan, 0, 0);
+    dMessageFunction* const before = dGetMessageHandler();
+    dSetMessageHandler([](int, const char*, va_list) { throw std::runtime_error("left"); });
+    CHECK_THROWS(sap_test::collide(scene.space));
+    dSetMessageHandler(before);
+    CHECK(emulation::pending() > 0);
+    scene.world.addBoxes(sap_test::denseCube(500, 7));
+    for (const int backend : {dParallelSAPBackendCPU, dParallelSAPBackendCUDA}) {
+      REQUIRE(dParallelSAPSpaceSetBackend(scene.space, backend));
+      CHECK(scene.collide().backend == backend);
+      CHECK(emulation::pending() == 0);
+    }
   }
 }
 
