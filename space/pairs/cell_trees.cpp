@@ -48,10 +48,9 @@ void CellTrees<Real>::layOut(const std::vector<std::uint32_t>& class_ends, bool 
 }
 
 template <class Real>
-void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of,
-                            const std::vector<std::uint32_t>& class_ends, int threads) {
+void CellTrees<Real>::build(const BoxSet& boxes, const CellOrder<Real>& order, int threads) {
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
-  layOut(class_ends, filtered);
+  layOut(order.classEnds(), filtered);
   const Kernels<Real>& kernel = kernels<Real>();
   std::size_t nodes = 0;
   for (std::size_t tree = 0; tree < views_.size(); ++tree) nodes += groupsFor(cells(tree));
@@ -68,7 +67,7 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of,
       if (begin >= end) continue;
       const std::size_t first = view.first_cell + begin * group_size;
       const std::size_t last = view.first_cell + std::min(end * group_size, cells(tree));
-      kernel.packCells(boxesOf<Real>(boxes), of, first, last, groups_.data());
+      kernel.packCells(boxesOf<Real>(boxes), order.boxesOfCells(), first, last, groups_.data());
       kernel.packBounds(view.levels[0], cells(tree), begin, end, level(view, 1));
       if (filtered) packFilters(boxes, first, last);
     }

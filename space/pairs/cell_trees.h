@@ -9,6 +9,7 @@
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/platform.h"
+#include "space/pairs/cell_order.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -25,10 +26,8 @@ inline void put(const BasicBox<Real>& box, Group<Real>& group, int lane) {
 template <class Real>
 class CellTrees {
  public:
-  // `of` tells which of the boxes each cell gets; what it points to is read during the call only.
-  // `class_ends` has the last cell of each class, plus one: cells are numbered through all classes.
-  void build(const BoxSet& boxes, const CellBoxes& of, const std::vector<std::uint32_t>& class_ends,
-             int threads);
+  // The cells of all classes are numbered through. The order is read during the call only.
+  void build(const BoxSet& boxes, const CellOrder<Real>& order, int threads);
   // Puts another box into a place, if it is not NaN and the bounds of the cell hold it, or may grow
   // and will not be much longer than the box. Else false, and the place keeps its box. Where they
   // may not grow, many threads may do so at once for different places.

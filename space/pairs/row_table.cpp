@@ -113,7 +113,7 @@ bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& spa
 }
 
 int RowTable::writePairs(bool exact, int threads, const PairTest* test, PairList& pairs) {
-  const std::size_t chunks = this->chunks();
+  const std::size_t chunks = (slots_ + (std::size_t{1} << chunk_bits_) - 1) >> chunk_bits_;
   chunk_begin_.resizeDiscarding(chunks + 1);
   std::size_t count = 0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {

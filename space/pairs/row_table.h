@@ -48,10 +48,6 @@ class RowTable {
 
   bool writeChunk(std::size_t chunk, bool exact, int threads, Space& space, Pair* begin, Pair* end);
 
-  std::size_t chunks() const {
-    return (slots_ + (std::size_t{1} << chunk_bits_) - 1) >> chunk_bits_;
-  }
-
   std::size_t slots_ = 0;
   int chunk_bits_ = 0;
   std::vector<std::unique_ptr<Space>> spaces_;

@@ -97,12 +97,12 @@ template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
   const ScopedMode mode(exactMode());
   if (cell_coherence_.mayReuse(boxes, threads)) {
-    trees_.build(boxes, order_.boxesOfCells(), order_.classEnds(), threads);
+    trees_.build(boxes, order_, threads);
     if (cell_coherence_.reuse(trees_)) return;
   }
   cell_coherence_.forget();
   order_.build(boxes, threads, workspace);
-  trees_.build(boxes, order_.boxesOfCells(), order_.classEnds(), threads);
+  trees_.build(boxes, order_, threads);
   cell_coherence_.restart(trees_);
 }
 

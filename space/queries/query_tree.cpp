@@ -24,8 +24,8 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   order.build(boxes, threads, workspace);
   places_.resizeDiscarding(boxes.size);
   std::fill(places_.begin(), places_.end(), nowhere);
+  trees_.build(boxes, order, threads);
   const CellBoxes of = order.boxesOfCells();
-  trees_.build(boxes, of, order.classEnds(), threads);
   runTeam(numbering, teamFor(cells(), grains::cells, threads), [&](int thread, int team) {
     const Range own = ownPart(cells(), thread, team);
     for (std::size_t cell = own.begin; cell < own.end; ++cell)
