@@ -123,11 +123,12 @@ def nearest(directory):
         for n, threads in groups:
             cell = dict(scene=scene, n=n, threads=threads)
             ours, near = one(rows, peer=OURS, **cell), best(rows, LIBRARIES, **cell)
-            line += [shown(ours["median_ms"]), "%s %s" % (near["peer"], shown(near["median_ms"])),
-                     shown(near["median_ms"] / ours["median_ms"], "×")] if ours and near else ["–"] * 3
+            line += [shown(ours["median_ms"]), shown(ours["mean_ms"]), shown(ours["max_ms"]), near["peer"], shown(near["median_ms"]),
+                     shown(near["median_ms"] / ours["median_ms"], "×")] if ours and near else ["–"] * 6
         lines.append(line)
     heads = [head for n, threads in groups for head in (
-        "ours: %s boxes, %d thread%s" % (count(n), threads, "s" if threads > 1 else ""), "nearest library", "times faster")]
+        "ours: %s boxes, %d thread%s" % (count(n), threads, "s" if threads > 1 else ""), "mean", "worst", "nearest library", "its ms",
+        "times faster")]
     return markdown(["ms a frame"] + heads, lines, [machine(rows)])
 
 
@@ -171,8 +172,8 @@ def callback(directory):
             row = one(rows, n=n, peer=OURS + way)
             if row:
                 lines.append(["%s boxes, %s" % (count(n), name)] +
-                             [shown(row[stage + "_ms"]) for stage in ("update", "extract", "filter", "report", "median")])
-    return markdown(["ms", "update", "extract", "filter", "report", "all"], lines, [machine(rows)])
+                             [shown(row[stage + "_ms"]) for stage in ("update", "extract", "report", "median", "mean", "max")])
+    return markdown(["ms", "update", "extract", "report", "all", "mean", "worst"], lines, [machine(rows)])
 
 
 def step(directory):

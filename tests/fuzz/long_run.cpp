@@ -5,6 +5,7 @@
 //
 // A world lives for some two hundred edits; its seed is printed when it shows something wrong, and
 // `long-run 1 seed` plays that world again.
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -92,6 +93,12 @@ int replay(int count, char** names) {
 
 int main(int argc, char** argv) {
   if (argc > 2 && std::strcmp(argv[1], "--replay") == 0) return replay(argc - 2, argv + 2);
+  if (argc > 3 || std::any_of(argv + 1, argv + argc, [](const char* word) {
+        return !*word || word[std::strspn(word, "0123456789")];
+      })) {
+    std::fputs("long-run [FRAMES [SEED]], or long-run --replay FILE...\n", stderr);
+    return 2;
+  }
   dInitODE2(0);
   dAllocateODEDataForThread(dAllocateMaskAll);
   const int result =
