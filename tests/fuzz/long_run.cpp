@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
   if (argc > 3 || std::any_of(argv + 1, argv + argc, [](const char* word) {
         return !*word || word[std::strspn(word, "0123456789")];
       })) {
-    std::fputs("long-run [FRAMES [SEED]], or long-run --replay FILE...\n", stderr);
+    std::fputs("long-run [EDITS [SEED]], or long-run --replay FILE...\n", stderr);
     return 2;
   }
   dInitODE2(0);
