@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <new>
+#include <utility>
 
 #include "cuda/device/devices.h"
 #include "cuda/device/memory_block.h"
@@ -72,9 +73,9 @@ class OnDevice {
     if (!context_) driver_context_ = driverContextOf(device_);
     return driver_context_;
   }
-  // To be called before a frame: throws DeviceWasReset where that is so.
+  // To be called before a frame: throws DeviceWasReset where that is so, whoever found it out.
   void checkContext() {
-    if (context_ && isGone()) throw DeviceWasReset();
+    if (isGone() && std::exchange(was_reset_, false)) throw DeviceWasReset();
   }
   void open() {
     if (!context_) context_ = std::make_unique<Context>(device_);
@@ -92,13 +93,17 @@ class OnDevice {
  protected:
   // What was on a device that the program has reset is not given back: its handles lead nowhere.
   bool isGone() {
-    if (context_ && isLost(driver_context_)) (void)context_.release();
+    if (context_ && isLost(driver_context_)) {
+      (void)context_.release();
+      was_reset_ = true;
+    }
     return !context_;
   }
 
   int device_;
   DriverContext driver_context_;
   std::unique_ptr<Context> context_;
+  bool was_reset_ = false;  // and nobody was told
 };
 
 struct DeviceMemory {

@@ -20,6 +20,7 @@ void CudaSweep::useDevices(int count) {
 // The calling thread drives the devices alone; all decide what boxes cannot.
 int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) {
   times_ = {};
+  if (std::exchange(was_reset_, false)) throw DeviceWasReset();
   for (;;) {
     takeDevices();
     if (devices_used_ == 0)
@@ -51,8 +52,9 @@ void CudaSweep::takeDevices() {
 void CudaSweep::read(const BoxSet& boxes, std::size_t first, std::size_t last) try {
   takeDevices();
   if (devices_used_ > 0) onDevices([&](DeviceGroup& group) { group.bring(boxes, first, last); });
-} catch (const DeviceWasReset&) {  // find() meets it again
-} catch (const std::bad_alloc&) {  // likewise
+} catch (const DeviceWasReset&) {
+  was_reset_ = true;
+} catch (const std::bad_alloc&) {  // find() meets it again
 }
 
 void CudaSweep::forget() {

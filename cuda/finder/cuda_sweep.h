@@ -37,7 +37,7 @@ class CudaSweep final : public PairFinder, public BoxReader {
   // DeviceWasReset when one was, and std::bad_alloc.
   using PairFinder::find;
   int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) override;
-  // For the find() to come. A device that fails here has failed, as there.
+  // For the find() to come. A device that fails here has failed, as there; find() tells of a reset.
   void read(const BoxSet& boxes, std::size_t first, std::size_t last) override;
   void forget() override;
   // How many have failed.
@@ -63,6 +63,7 @@ class CudaSweep final : public PairFinder, public BoxReader {
   std::vector<std::unique_ptr<DeviceSweep>> sweeps_;  // of those that have not failed
   std::size_t wanted_ = 1, devices_used_ = 0;
   std::vector<FailedDevice> failures_;
+  bool was_reset_ = false;  // a device, as read() met
   bool measuring_ = false;
   CudaStageTimes times_;
 };

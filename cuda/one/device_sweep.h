@@ -28,6 +28,7 @@ class DeviceSweep : public OnDevice<Context> {
   void bring(const BoxSet& boxes, std::size_t last);
   // How many are on their way, of a frame whose filters are not set yet.
   std::size_t brought() const { return brought_; }
+  std::size_t parts() const { return frame_.part.count; }
   void setFilters(const BoxSet& boxes);
   // The search waits for these, not order().
   void bringFilters(const BoxSet& boxes);

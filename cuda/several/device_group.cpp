@@ -43,9 +43,17 @@ void DeviceGroup::begin(const BoxSet& boxes) {
   });
 }
 
+// Whether so many boxes are on their way to each of them, for a scene that these devices share. One
+// may have been taken or lost since.
+bool DeviceGroup::haveBrought(std::size_t boxes) const {
+  return std::all_of(members_.begin(), members_.end(), [&](const DeviceSweep* member) {
+    return member->brought() == boxes && member->parts() == members_.size();
+  });
+}
+
 void DeviceGroup::bring(const BoxSet& boxes, std::size_t first, std::size_t last) try {
   if (first == 0) begin(boxes);
-  if (first != members_[0]->brought()) return;
+  if (!haveBrought(first)) return;
   each([&](DeviceSweep& member, std::size_t) { member.bring(boxes, last); });
 } catch (...) {
   giveUp();
@@ -145,7 +153,8 @@ void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
   using Clock = std::chrono::steady_clock;
   using Milliseconds = std::chrono::duration<float, std::milli>;
   try {
-    if (members_[0]->brought() == 0) begin(boxes);
+    const std::size_t brought = members_[0]->brought();
+    if (brought == 0 || !haveBrought(brought)) begin(boxes);
     pairs.clear(members_.size());
     each([&](DeviceSweep& member, std::size_t index) {
       member.bring(boxes, boxes.size);

@@ -38,6 +38,7 @@ class DeviceGroup {
   template <class Work>
   void eachOther(std::size_t of, Work work);
   void begin(const BoxSet& boxes);
+  bool haveBrought(std::size_t boxes) const;
   void search(const BoxSet& boxes);
   void shareCounts();
   void sharePairs();

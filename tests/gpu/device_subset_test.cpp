@@ -16,7 +16,9 @@
 #include <thread>
 
 #include "cuda/device/fault_injection.h"
+#include "cuda/finder/cuda_sweep.h"
 #include "cuda/finder/device_pool.h"
+#include "support/case.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/ode_errors.h"
@@ -28,9 +30,8 @@
 #include "support/variable.h"
 #include "tests/gpu/emulation/runtime.h"
 
+using namespace ode_parallel_sap;
 using emulation::failAllocation;
-using ode_parallel_sap::DevicePool;
-using ode_parallel_sap::failCudaCall;
 
 namespace {
 
@@ -433,6 +434,10 @@ TEST_CASE("Frames go on where the program resets a device, which is made ready a
   };
   play(dParallelSAPBackendCUDA, dParallelSAPMethodSweep, 9000);
   CHECK(emulation::locks().now == 0);
+  {
+    const sap_test::ScopedGrain grain(1);  // devices read boxes while others are packed
+    play(dParallelSAPBackendCUDA, dParallelSAPMethodSweep, 900);
+  }
   play(dParallelSAPBackendCUDA, dParallelSAPMethodAxisLists, 2000);
   CHECK(emulation::locks().now == 0);
   play(dParallelSAPBackendAuto, dParallelSAPMethodSweep, 20000);
@@ -555,5 +560,25 @@ TEST_CASE("Of the threads that serve one device or several two and more have wor
   for (const auto& [region, times] : sap_test::timesShared()) {
     INFO(region);
     CHECK(sap_test::isOfDevice(region) == (devices_of.count(region) == 1));
+  }
+}
+
+TEST_CASE("A device that is had once boxes are read finds pairs, too", "[.][had-later]") {
+  REQUIRE(machine == "--");
+  emulation::settings().kernels_run = true;
+  const sap_test::Boxes scene = sap_test::denseCube(2000, 5);
+  for (const bool while_reading : {false, true}) {
+    int had = 1;
+    CudaSweep sweep([&](std::size_t i) { return static_cast<int>(i) < had ? int(i) : -1; });
+    sweep.useDevices(2);
+    const Case wanted = makeCase(scene, false, false);
+    PairList pairs;
+    check(found(sweep, wanted.boxes, 1, pairs), wanted);
+    CHECK(sweep.devicesUsed() == 1);
+    sweep.read(wanted.boxes, 0, 1000);
+    had = 2;
+    if (while_reading) sweep.read(wanted.boxes, 1000, 2000);
+    check(found(sweep, wanted.boxes, 1, pairs), wanted);
+    CHECK(sweep.devicesUsed() == 2);
   }
 }
