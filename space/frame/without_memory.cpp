@@ -6,7 +6,6 @@
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
-#include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
@@ -19,11 +18,10 @@ namespace ode_parallel_sap {
 namespace {
 
 // The geoms of some slots, in cells with a tree over them, and their pairs with later geoms, in the
-// room that there is. Boxes are floats relative to one of the geoms, so they are fine enough far
-// from the origin, too. Where floats cannot decide, the AABBs do.
+// room that there is. Boxes are the AABBs, as doubles: no scale or distance makes many of them one.
 class Part {
  public:
-  static constexpr std::size_t least_geoms = 64;  // 6 KB, which the stack of any thread has
+  static constexpr std::size_t least_geoms = 64;  // 7 KB, which the stack of any thread has
 
   // The room for so many geoms, in words of 64 bits, which begins with a cache line.
   static constexpr std::size_t wordsFor(std::size_t geoms) {
@@ -31,44 +29,38 @@ class Part {
   }
   Part(const Buffer<dxGeom*>& geoms, Pair* room, std::size_t most)
       : geoms_(geoms),
-        cells_(reinterpret_cast<Group<float>*>(room)),
+        cells_(reinterpret_cast<Group<double>*>(room)),
         pairs_(room + treeWordsFor(most)),
         most_pairs_(pairs_a_geom * most - 1),  // one is written and not counted
         found_(reinterpret_cast<std::uint32_t*>(pairs_ + pairs_a_geom * most)) {}
 
   // Takes the geoms of slots [begin, end). Needs exactMode().
   void take(std::size_t begin, std::size_t end) {
-    const dxGeom* const middle = geoms_[begin + (end - begin) / 2];
-    for (int axis = 0; axis < 3; ++axis)
-      origin_[axis] = middle && isPlain(middle) ? middle->aabb[2 * axis] : 0;
-    // Cutting uses the places of what comes later: cells, pairs, found slots.
-    Centre* const centres = reinterpret_cast<Centre*>(pairs_);
-    std::uint32_t *const order = found_, *const starts = reinterpret_cast<std::uint32_t*>(
-                                             centres + (end - begin));
+    Centre* const centres = reinterpret_cast<Centre*>(pairs_);  // there are no pairs yet
     count_ = 0;
     for (std::size_t slot = begin; slot < end; ++slot) {
-      const dxGeom* const geom = geoms_[slot];
-      if (!geom || hasNaN(geom)) continue;
-      const Box box = boxOf(geom);
+      if (!geoms_[slot] || hasNaN(geoms_[slot])) continue;
+      const BasicBox<double> box = boxOf(geoms_[slot]);
       Centre& centre = centres[count_++];
       for (int axis = 0; axis < 3; ++axis) centre.at[axis] = centreOf(box, axis);
       centre.slot = static_cast<Slot>(slot);
     }
-    kernelSet().cutIntoCells(centres, count_, reinterpret_cast<float*>(cells_), 0, order, starts);
+    cut(centres, count_);
     std::size_t groups = std::max<std::size_t>(groupsFor(count_), 1);
     for (std::size_t place = 0; place < groups * group_size; ++place) {
-      Group<float>& cell = cells_[place / group_size];
+      Group<double>& cell = cells_[place / group_size];
       const bool used = place < count_;
-      if (place + prefetch_distance < count_) prefetchAt(order[place + prefetch_distance]);
-      cell.slot[place % group_size] = used ? order[place] : 0;
-      put(used ? boxOf(geoms_[order[place]]) : inactiveBox<float>(), cell, place % group_size);
+      if (place + prefetch_distance < count_) prefetchAt(centres[place + prefetch_distance].slot);
+      cell.slot[place % group_size] = used ? centres[place].slot : 0;
+      put(used ? boxOf(geoms_[centres[place].slot]) : inactiveBox<double>(), cell,
+          place % group_size);
     }
-    Group<float>* level = cells_;
+    Group<double>* level = cells_;
     tree_.levels[0] = level;
     tree_.depth = 1;
     do {
       const std::size_t children = std::exchange(groups, groupsFor(groups));
-      kernels<float>().packBounds(level, children, 0, groups, level + children);
+      kernels<double>().packBounds(level, children, 0, groups, level + children);
       tree_.levels[tree_.depth++] = level += children;
     } while (groups > 1);
   }
@@ -79,9 +71,9 @@ class Part {
   }
   // The same of one that was taken, by its place: neighbours follow each other.
   void addPairsAt(std::size_t place, std::size_t end) {
-    const Group<float>& cell = cells_[place / group_size];
+    const Group<double>& cell = cells_[place / group_size];
     const std::size_t lane = place % group_size;
-    Box box;
+    BasicBox<double> box;
     for (int axis = 0; axis < 3; ++axis) {
       box.lower[axis] = cell.lower[axis][lane];
       box.upper[axis] = cell.upper[axis][lane];
@@ -109,43 +101,62 @@ class Part {
  private:
   static constexpr std::size_t pairs_a_geom = 4;  // a round number
 
-  // Cutting needs more than cells and nodes.
+  struct Centre {
+    double at[3];
+    Slot slot;
+  };
+  static_assert(sizeof(Centre) <= pairs_a_geom * sizeof(Pair));
+
+  // Cells and the nodes above them, of which there is one at least.
   static constexpr std::size_t treeWordsFor(std::size_t geoms) {
-    return groupsFor(roomToCut(geoms)) * group_size / 2;
+    std::size_t groups = std::max<std::size_t>(groupsFor(geoms), 1), all = groups;
+    do all += groups = groupsFor(groups);
+    while (groups > 1);
+    return all * sizeof(Group<double>) / sizeof(Pair);
   }
   void prefetchAt(Slot slot) const {
     if (geoms_[slot]) prefetchObject(geoms_[slot], sizeof(dxGeom));
   }
-  Box boxOf(const dxGeom* geom) const {
-    dReal bounds[6];
-    for (int i = 0; i < 6; ++i) bounds[i] = geom->aabb[i] - origin_[i / 2];
-    Box box;
-    roundToFloats(bounds, box);
-    return box;
+  static BasicBox<double> boxOf(const dxGeom* geom) { return boxOfBounds<double>(geom->aabb); }
+  // Halves centres along the axis on which they lie farthest apart until a cell of them is left.
+  static void cut(Centre* centres, std::size_t count) {
+    if (count <= group_size) return;
+    int widest = 0;
+    double most = -1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto [least, greatest] = std::minmax_element(
+          centres, centres + count,
+          [=](const Centre& a, const Centre& b) { return a.at[axis] < b.at[axis]; });
+      const double spread = greatest->at[axis] - least->at[axis];
+      if (!(spread > most)) continue;
+      most = spread;
+      widest = axis;
+    }
+    const std::size_t half = groupsFor(count) / 2 * group_size;
+    std::nth_element(centres, centres + half, centres + count,
+                     [=](const Centre& a, const Centre& b) { return a.at[widest] < b.at[widest]; });
+    cut(centres, half);
+    cut(centres + half, count - half);
   }
 
-  void addPairsOf(const Box& box, Slot slot, std::size_t end) {
-    Group<float> query;
+  void addPairsOf(const BasicBox<double>& box, Slot slot, std::size_t end) {
+    Group<double> query;
     put(box, query, 0);
     query.slot[0] = ~Slot{0};
-    const std::size_t finds = kernels<float>().findInTree(tree_, query, found_);
+    const std::size_t finds = kernels<double>().findInTree(tree_, query, found_);
     for (std::size_t i = 0; i < finds; ++i) {
       const Slot own = found_[i] / 2;
       pairs_[pair_count_] = makePair(own, slot);
-      pair_count_ += own < slot && own < end && (found_[i] % 2 == 0 || overlap(own, slot));
+      pair_count_ += own < slot && own < end;
     }
-  }
-  bool overlap(Slot a, Slot b) const {
-    return geoms_[a] && geoms_[b] && boxesOverlap(geoms_[a], geoms_[b]);
   }
 
   const Buffer<dxGeom*>& geoms_;
-  Group<float>* const cells_;  // and the nodes above them
+  Group<double>* const cells_;  // and the nodes above them
   Pair* const pairs_;
   const std::size_t most_pairs_;
   std::uint32_t* const found_;
-  dReal origin_[3] = {};
-  TreeView<float> tree_ = {};
+  TreeView<double> tree_ = {};
   std::size_t pair_count_ = 0, count_ = 0;
 };
 

@@ -597,7 +597,7 @@ TEST_CASE("Where memory ends pairs are found in parts, all of them in their orde
 }
 
 TEST_CASE(
-    "Where large allocations fail a frame's time is linear, and at most nine times a whole one",
+    "Where large allocations fail a frame's time is linear, and at most twelve times a whole one",
     "[memory]") {
   const Said said;
   const auto timeOf = [](std::size_t n, double from, bool fails) {
@@ -607,8 +607,8 @@ TEST_CASE(
       World world(space);
       dParallelSAPSpaceSetNumThreads(space, 1);
       Boxes boxes = denseCube(n, 15);
-      for (Box& box : boxes)
-        for (double* const bounds : {box.low, box.high}) bounds[0] += from;
+      for (std::size_t i = 0; i < n; i += 2)
+        for (double* const bounds : {boxes[i].low, boxes[i].high}) bounds[0] += from;
       world.addBoxes(boxes);
       std::size_t pairs = 0;
       const Allocations allocations(0, true, fails ? 16 * n : std::numeric_limits<long>::max());
@@ -627,10 +627,10 @@ TEST_CASE(
   if (ADDRESS_SANITIZER || THREAD_SANITIZER)
     WARN("SKIPPED: a comparison with vectors, which cost a sanitizer less than other loops");
   else
-    CHECK(many < 9 * whole);
-  // Floats of such numbers are 8 apart, or all are alike in single precision.
-  const double far = sizeof(dReal) > sizeof(float) ? timeOf(20000, 1e8, true) : many;
-  INFO(far / many << " times as long far from the origin");
+    CHECK(many < 12 * whole);
+  // Floats of such numbers are 1024 apart, and in single precision all are alike.
+  const double far = sizeof(dReal) > sizeof(float) ? timeOf(20000, 1e10, true) : many;
+  INFO(far / many << " times as long if half of them are far away");
   CHECK(far < 3 * many);
 }
 
