@@ -90,7 +90,7 @@ class GeomTree {
 
   // A frame went by: a tree that no query used in many of them is given back. Whether it was.
   bool noteFrame() {
-    if (++idle_frames_ != idle_frames) return false;
+    if (idle_frames_ == idle_frames || ++idle_frames_ < idle_frames) return false;
     release();
     return true;
   }
