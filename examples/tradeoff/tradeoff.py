@@ -75,7 +75,8 @@ def play(command, points, patience):
         while waiting or children:
             while waiting and len(children) < CORES:
                 setting, seed = waiting.pop(0)
-                words = [word for name, value in dict(setting._asdict(), seed=seed).items()
+                # ODE's random numbers begin alike from neighbouring seeds.
+                words = [word for name, value in dict(setting._asdict(), seed=seed * 618033989 % 10**9).items()
                          for word in ("--" + name, value if isinstance(value, str) else "%.12g" % value)]
                 files = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")
                 child = subprocess.Popen(command + words, stdout=files[0], stderr=files[1], start_new_session=True, preexec_fn=limit)
