@@ -68,6 +68,12 @@ inline dParallelSAPStats statsOf(const FrameCounts& counts) {
   return stats;
 }
 
+inline FrameCounts countsOf(const dParallelSAPStats& stats) {
+  const auto to = [](std::size_t count) { return static_cast<unsigned>(count); };
+  return {to(stats.geoms),     to(stats.moved),      to(stats.disabled), to(stats.invalid),
+          to(stats.unbounded), to(stats.candidates), to(stats.pairs)};
+}
+
 // Sums over frames, queries and rays, and over spaces.
 struct FrameSums {
   unsigned long long frames = 0;
@@ -129,13 +135,16 @@ class Statistics {
 
   void beginFrame() { ++frames_; }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
+  // Without memory no more than what is noted of a small one.
   void note(const dParallelSAPStats& frame, const StageClock& clock) {
+    small_ = {countsOf(frame), 0, 0};
+    if (!made(last_)) return;
     last_was_small_ = false;
-    last_ = frame;
-    last_.threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
+    *last_ = frame;
+    last_->threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
     for (int stage = 0; stage < static_cast<int>(Stage::none); ++stage)
-      last_.*stage_ms[stage] = clock.of(static_cast<Stage>(stage));
-    last_.total_ms = clock.total();
+      (*last_).*stage_ms[stage] = clock.of(static_cast<Stage>(stage));
+    last_->total_ms = clock.total();
   }
   // The same of a small frame. Few words are written: more would be a good part of a frame of two
   // geoms.
@@ -205,9 +214,9 @@ class Statistics {
   }
 
   dParallelSAPStats last() const {
-    dParallelSAPStats stats = last_;
-    if (frames_ && last_was_small_) {
-      stats = statsOf(small_.counts);
+    dParallelSAPStats stats = {};
+    if (frames_) stats = last_was_small_ ? statsOf(small_.counts) : *last_;
+    if (last_was_small_) {
       stats.extract_ms = small_.found_ms;
       stats.report_ms = small_.report_ms;
       stats.total_ms = small_.found_ms + small_.report_ms;
@@ -217,14 +226,14 @@ class Statistics {
   }
 
   bool times_wanted_ = false;
-  bool last_was_small_ = false;
+  bool last_was_small_ = true;
   unsigned small_frames_ = 0;  // since times are wanted
   unsigned long long frames_ = 0;
   struct {
     FrameCounts counts;
     double found_ms = 0, report_ms = 0;
   } small_;
-  dParallelSAPStats last_ = {};  // if that was no small one
+  std::unique_ptr<dParallelSAPStats> last_;  // if that was no small one
   std::unique_ptr<Sums> sums_;
 };
 
