@@ -17,7 +17,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region comparing("pair events: comparison"), listing("pair events: places");
+Region comparing("pair events: comparison");
 
 }  // namespace
 
@@ -271,19 +271,13 @@ std::size_t PairEvents::placeOf(Slot a, Slot b) const {
   return found < end && *found == pair ? static_cast<std::size_t>(found - begin) : pairs();
 }
 
-void PairEvents::listPlacesBefore(Buffer<std::size_t>& places, int threads) const {
+void PairEvents::listPlacesBefore(Buffer<std::size_t>& places) const {
   const PairNumbers::Touch* const touches = free_.touches().data();
   for (const Unreported& pair : is_same_ ? resting_ : next_resting_)
     if (touches[pair.number] == PairNumbers::ending_touch) places[pair.number] = pair.place;
   const Buffer<Number>& numbers = (is_same_ ? previous_ : next_).numbers;
-  const int team = teamFor(numbers.size(), grains::moved_pairs, threads);
-  runChunks(
-      listing, team, numbers.size(), chunk_pairs,
-      [&](const Range& range, int) {
-        for (std::size_t place = range.begin; place < range.end; ++place)
-          if (touches[numbers[place]] == PairNumbers::ending_touch) places[numbers[place]] = place;
-      },
-      team);
+  for (std::size_t place = 0; place < numbers.size(); ++place)
+    if (touches[numbers[place]] == PairNumbers::ending_touch) places[numbers[place]] = place;
 }
 
 void PairEvents::release() {

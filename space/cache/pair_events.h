@@ -101,7 +101,7 @@ class PairEvents {
   const PairNumbers& pool() const { return free_; }
   // Of pairs whose touch is ending: writes their places in the frame before the last one by number,
   // or those they had last if they rested in it. `places` has room for all numbers.
-  void listPlacesBefore(Buffer<std::size_t>& places, int threads) const;
+  void listPlacesBefore(Buffer<std::size_t>& places) const;
   // Pairs that ended in earlier frames while their touches lasted. Their numbers are not given
   // back.
   Buffer<Event>& outlived() { return outlived_; }

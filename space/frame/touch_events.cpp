@@ -72,7 +72,7 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
   begun_.reserve(changed_.size() + begun_within_);
   ended_.reserve(ended);
   pairs.pool().reserve(begun_within_);
-  listPlacesBefore(pairs, threads);
+  listPlacesBefore(pairs);
   writeOwn(geoms, pairs);
   writeWithin(pairs.pool());
   sortByPlace(begun_);
@@ -276,7 +276,7 @@ std::uintptr_t& TouchEvents::leftOf(const dxGeom* geom) {
 }
 
 // Where own pairs were whose touches end while they last.
-void TouchEvents::listPlacesBefore(PairEvents& pairs, int threads) {
+void TouchEvents::listPlacesBefore(PairEvents& pairs) {
   Buffer<PairNumbers::Touch>& touches = pairs.pool().touches();
   places_before_.resizeDiscarding(touches.size());
   bool any = false;
@@ -286,7 +286,7 @@ void TouchEvents::listPlacesBefore(PairEvents& pairs, int threads) {
     touch = PairNumbers::ending_touch;
     any = true;
   }
-  if (any) pairs.listPlacesBefore(places_before_, threads);
+  if (any) pairs.listPlacesBefore(places_before_);
 }
 
 // There is room for all events and numbers.

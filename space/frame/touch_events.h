@@ -79,7 +79,7 @@ class TouchEvents {
   void markPresent(dxGeom* geom);
   std::uintptr_t& leftOf(const dxGeom* geom);
   dxGeom* ifPresent(dxGeom* geom) { return leftOf(geom) & present ? geom : nullptr; }
-  void listPlacesBefore(PairEvents& pairs, int threads);
+  void listPlacesBefore(PairEvents& pairs);
   void writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
   void writeWithin(PairNumbers& pool);
   void note(dxGeom* o1, dxGeom* o2) {
