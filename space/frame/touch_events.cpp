@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "space/base/parallel.h"
-#include "space/base/platform.h"
 #include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
@@ -292,24 +291,15 @@ void TouchEvents::listPlacesBefore(PairEvents& pairs) {
 // There is room for all events and numbers.
 void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
   Buffer<PairNumbers::Touch>& touches = pairs.pool().touches();
-  const auto geomsOf = [&](Number place) {
-    const Pair pair = pairs.list()[place];
-    return std::pair(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
-  };
   const Number* again = again_.begin();
-  for (std::size_t i = 0; i < changed_.size(); ++i) {
-    if (i + prefetch_distance < changed_.size()) {
-      const auto [o1, o2] = geomsOf(changed_[i + prefetch_distance]);
-      prefetch(o1);  // for note()
-      prefetch(o2);
-    }
-    const Number place = changed_[i];
+  for (const Number place : changed_) {
     if (again < again_.end() && *again == place) {
       ++again;  // it outlived its pair
       continue;
     }
     const Number number = pairs.numbers()[place];
-    const auto [o1, o2] = geomsOf(place);
+    const Pair pair = pairs.list()[place];
+    dxGeom *const o1 = geoms[earlierOf(pair)], *const o2 = geoms[laterOf(pair)];
     if (touches[number] == PairNumbers::ending_touch) {
       ended_.push_back({o1, o2, places_before_[number], number});
       touches[number] = PairNumbers::no_touch;

@@ -202,7 +202,7 @@ bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uin
     for (std::size_t k = 0; k < count; k += lanes) {
       Words words;
       memcpy(&words, to + k, sizeof words);
-      any |= words;  // beyond the row, too: none is marked there that was not in another row
+      any |= words;  // beyond the row, too, where words of other rows or unmarked ones are
       const Pairs wide = __builtin_convertvector(words, Pairs);
       const Pairs made = (wide >> 1) | earlier | (wide & mark) << 63;
       const std::size_t room = static_cast<std::size_t>(pairs_end - (pairs + k));
