@@ -127,7 +127,7 @@ class Pipeline {
   // A geom leaves its slot.
   void noteDeparture(dxGeom* geom, Slot slot) {
     complaints_.forget(geom);
-    TouchEvents::forget(geom);
+    PairEvents::forget(geom);
     if (events_) events_->removeGeom(slot);
   }
   // The slots of these geoms are about to be closed up.
