@@ -63,12 +63,10 @@ class Edits {
   };
 
  private:
-  static constexpr unsigned identity_shift = 24, most_identities = 127;  // fixed: gflags' high bits
-
   struct Known {
     Slot slot = 0;
     unsigned scan = 0;  // of the slot, the last that saw it; 0: none
-    unsigned identity = 0;
+    std::uint64_t identity = 0;
     std::uint64_t came = 0;
   };
   struct Stamped {
@@ -89,8 +87,6 @@ class Edits {
   }
   static int stampOf(dxSpace* space);
   static bool isFresh(const Tracked& tracked);
-  static unsigned identityOf(const dxGeom* geom);
-  static unsigned identify(dxGeom* geom);
 
   template <class Change>
   void track(const Geoms& geoms, Slot slot, Change change);
@@ -102,9 +98,14 @@ class Edits {
 
   std::uint64_t now_ = 0;  // the last call that began
   std::uint64_t last_change_ = 0;
+  // Numbers that tell apart geoms of one address. All spaces that have tables share them: in two
+  // spaces around a third one a geom has one number.
+  class Identities;
   struct Tables {
+    std::shared_ptr<Identities> identities;
     std::unordered_map<Slot, Tracked> tracked;
     std::unordered_map<const dxGeom*, Known> known;  // geoms in these
+    Tables();
   };
   std::unique_ptr<Tables> tables_;  // from the first change on
   bool lost_ = false;               // no memory: a geom that came back is taken for one that stayed
