@@ -49,7 +49,6 @@ if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   return()
 endif()
 
-find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
 if(ODE_PARALLEL_SAP_PYTHON)
   set(conda "${ODE_PARALLEL_SAP_PYTHON}" "${here}/conda.py")
   add_install_test(conda-recipe ${conda} "${PROJECT_SOURCE_DIR}" ${PROJECT_VERSION} "${PROJECT_BINARY_DIR}/CMakeCache.txt")
