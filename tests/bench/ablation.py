@@ -4,7 +4,6 @@ the whole one over the scenes of the benchmarks.
 
     cmake --preset release -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF && cmake --build build/release
     tests/bench/ablation.py measure build/release/tests/bench ablation.csv
-    tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md
     tests/bench/ablation.py check
 
 A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds, on one thread.
@@ -18,7 +17,6 @@ import math
 import os
 import re
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -54,8 +52,7 @@ struct Runs {
 inline Runs runs;
 }  // namespace ode_parallel_sap::mechanisms
 """
-NOTIFIED = "parallel-sap:notified-begun-ended"  # a program that announces changes, and wants events
-MOST_SPREAD = 1.1  # of the libraries that do the same in a cell
+OURS = "parallel-sap"
 
 
 def mechanisms():
@@ -108,26 +105,25 @@ def cells(quick):
     many = "dense-cube heap clusters far-clusters two-decades-of-size six-decades-of-size giant-among-dust bars-among-cubes " \
            "long-bars brownian trembling touching-lattice one-place"
     few, small = "dense-cube heap straight-line", (2, 4, 8, 16, 32, 64, 96, 120)
-    settings = "some-move some-move-notified none-move none-move-notified others-move some-awake skip-asleep skip-asleep-notified " \
-               "skip-static tolerance-0.2 tolerance-0.002"
     found = []
 
-    def of(program, names, sizes, quick_sizes, **more):
-        key = "settings" if program == "rest" else "scenes"
-        found.extend((program, {**({key: name} if name else {}), "sizes": n, **more})
-                     for name in names.split() or [""] for n in (quick_sizes if quick else sizes))
+    def of(scenes, sizes, quick_sizes, peers="", program="pair", **more):
+        found.extend((program, dict({"scenes": scene} if scene else {}, sizes=n, peers=OURS + peer, **more))
+                     for scene in scenes.split() or [""] for n in (quick_sizes if quick else sizes) for peer in peers.split(" "))
 
-    ours = {"peers": "parallel-sap"}
-    of("pair", many, (300, 3000, 30000), (1000,), **ours)
-    of("pair", "dense-cube", (10000, 200000), (2000,), **ours)
+    of(many, (300, 3000, 30000), (1000,))
+    of("dense-cube", (10000, 200000), (2000,))
     for moving in (1, 0):
-        of("pair", few, small, small, moving=moving, batch=64, **ours)
-    of("pair", few, (300, 30000), (300,), moving=0, **ours)
+        of(few, small, small, moving=moving, batch=64)
+    of(few, (300, 30000), (300,), moving=0)
     for moving in (0.01, 0):
-        of("pair", "dense-cube", (20000,), (2000,), moving=moving, peers=NOTIFIED)
-    of("rest", settings, (1000, 30000), (2000,))
-    for peer in ("parallel-sap", "parallel-sap:batches"):  # rays and probes, one by one and all at once
-        of("warehouse", "", (3000, 30000), (500,), peers=peer)
+        of("dense-cube", (20000,), (2000,), ":notified-begun-ended", moving=moving)  # a program that wants events
+    of("shaking", (1000, 30000), (2000,), ":tolerance-0.2 :tolerance-0.002")
+    of("shaking", (1000, 30000), (2000,), " :notified :skip-asleep :notified-skip-asleep :skip-static", moving=0.01)
+    of("shaking", (1000, 30000), (2000,), " :notified", moving=0)
+    of("shaking some-shaking", (1000, 30000), (2000,))
+    of("", (3000, 30000), (500,), program="warehouse")  # rays and probes, one by one and all at once
+    of("", (3000, 30000), (500,), ":batches", program="warehouse")
     return found
 
 
@@ -150,7 +146,7 @@ def time_of(options, library, cell, **environment):
             row = list(csv.DictReader(file))[-1]
     if row.get("status", "ok") != "ok":
         return None
-    return float(row["mean_ms" if {"trembling", "others-move"} & set(arguments.values()) else "min_ms"])
+    return float(row["mean_ms" if {"trembling", "some-shaking"} & set(arguments.values()) else "min_ms"])
 
 
 def measure(options):
@@ -196,62 +192,6 @@ def check(_):
     sys.exit("\n".join(wrong) or 0)
 
 
-def ratios_of(path):
-    """By library: (time over the median of all libraries, cell) where its mechanism ran; and the cells that are left out. The
-    median is steadier than one library, as most mechanisms have nothing to do in a cell. The machine was unsteady in a cell
-    in which libraries that do the same differ."""
-    with open(path) as file:
-        rows = list(csv.DictReader(file))
-    times = {}
-    idle = {(row["without"], row["cell"]) for row in rows if row["runs"] == "0"}
-    for row in rows:
-        cell = times.setdefault(row["cell"], {"whole": float(row["ms"])})
-        cell[row["without"]] = float(row["ms_without"])
-    by_name, unsteady = {}, []
-    for cell, of in times.items():
-        ordered = sorted(of.values())
-        same = [of[name] for name in ("whole", "nothing") if name in of]
-        if max(same) > MOST_SPREAD * min(same):
-            unsteady.append(cell)
-            continue
-        for name, ms in of.items():
-            if (name, cell) not in idle:
-                by_name.setdefault(name, []).append((ms / statistics.median(ordered), cell))
-    return by_name, unsteady
-
-
-def table(options):
-    by_name, unsteady = ratios_of(options.csv)
-    missing = {"whole", "nothing"} - set(by_name)
-    if missing:
-        sys.exit("%s: no steady cells of %s, of which the noise is taken" % (options.csv, ", ".join(sorted(missing))))
-    mean = lambda ratios: math.exp(sum(math.log(ratio) for ratio, _ in ratios) / len(ratios))
-
-    def range_of(names):
-        ratios = sorted(ratio for name in names for ratio, _ in by_name[name])
-        return ratios[len(ratios) // 40], ratios[-1 - len(ratios) // 40]
-
-    noise = range_of(("whole", "nothing"))
-    print("# What each mechanism gains\n")
-    print("Time without a mechanism divided by the median of all libraries' times, in %d cells (a scene, a size, a number of\n"
-          "threads). A cell counts where the mechanism ran. Above 1 the mechanism gains; a cell gains if it is above the noise.\n"
-          "Descriptions: [mechanisms.h](../../%s).\n" % (len(by_name["whole"]), HEADER))
-    print("| noise, 95 %% of the cells | from | to |\n| --- | ---: | ---: |\n| the whole library, made twice | %.2f | %.2f |\n" % noise)
-    if unsteady:
-        print("%d other cells are left out, as libraries that do the same differ by more than %.1f times there.\n"
-              % (len(unsteady), MOST_SPREAD))
-        print("\n".join(sorted(unsteady)), file=sys.stderr)
-    print("| without | mean | cells it ran in | gains | most | there | least | there |")
-    print("| --- | ---: | ---: | ---: | ---: | --- | ---: | --- |")
-    for name in mechanisms():
-        ratios = by_name.get(name)
-        if not ratios:
-            continue
-        (most, best), (least, worst) = max(ratios), min(ratios)
-        gained = sum(ratio > noise[1] for ratio, _ in ratios)
-        print("| `%s` | %.3f | %d | %d | %.2f | %s | %.2f | %s |" % (name, mean(ratios), len(ratios), gained, most, best, least, worst))
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(required=True)
@@ -264,9 +204,6 @@ def main():
     measuring.add_argument("--cores", help="processors to keep to, as of taskset")
     measuring.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
     commands.add_parser("check").set_defaults(run=check)
-    tabulating = commands.add_parser("table")
-    tabulating.set_defaults(run=table)
-    tabulating.add_argument("csv")
     options = parser.parse_args()
     options.run(options)
 

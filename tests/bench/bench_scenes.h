@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,25 +13,24 @@
 
 namespace bench {
 
-class MovingScene {
- public:
-  virtual ~MovingScene() = default;
-  const Boxes& boxes() const { return boxes_; }
-  virtual void advance() = 0;
-
- protected:
-  Boxes boxes_;
+struct MovingScene {
+  Boxes boxes;
+  std::function<void(Boxes& boxes)> advance;  // to the next frame
+  void next() { advance(boxes); }
 };
 
 constexpr std::size_t any_number = std::numeric_limits<std::size_t>::max();
 
 struct SceneKind {
-  std::string name;
-  std::string about;
+  std::string name, about;
+  std::function<MovingScene(std::size_t n, std::uint64_t seed)> make;
   std::size_t most = any_number;  // boxes up to which the number of pairs is sensible
-  std::function<std::unique_ptr<MovingScene>(std::size_t n, std::uint64_t seed)> make;
-  std::size_t always = 0;  // boxes, whatever is asked for; 0: as many as that
+  std::size_t always = 0;         // boxes, whatever is asked for; 0: as many as that
 };
+
+// Of the same frames, but only a part of the boxes moves (0 to 1): in every frame the same ones,
+// spread evenly over their numbers, or any.
+MovingScene partlyMoving(MovingScene whole, double part, bool same = true);
 
 // The distributions of the tests, more of them, and the piles recorded in the directory `piles`.
 std::vector<SceneKind> sceneKinds(const std::string& piles);

@@ -33,9 +33,6 @@ struct CentredBox {
 };
 using Boxes = std::vector<CentredBox>;
 
-// Which boxes of the one are others in the other.
-std::vector<bool> differing(const Boxes& before, const Boxes& after);
-
 // The extent of all boxes.
 struct Extent {
   double low[3], high[3];

@@ -11,9 +11,9 @@ namespace bench {
 class Row {
  public:
   Row& add(const char* column, const std::string& value);
-  Row& add(const char* column, std::size_t value);
-  Row& add(const char* column, int value);
-  // Four digits; nothing for NaN.
+  Row& add(const char* column, std::size_t value) { return add(column, std::to_string(value)); }
+  Row& add(const char* column, int value) { return add(column, std::to_string(value)); }
+  // Five digits; nothing for NaN.
   Row& add(const char* column, double value);
   // How many samples there are, their median, least, mean and greatest.
   Row& addTimes(const std::vector<double>& ms);

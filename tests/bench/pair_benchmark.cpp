@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -46,50 +47,27 @@ struct Wishes {
   Timing timing;
 };
 
-// A scene of which only a part moves, in every frame the same boxes, spread evenly over their
-// numbers.
-class PartlyMoving : public MovingScene {
- public:
-  // `part` is 0 to 1.
-  PartlyMoving(std::unique_ptr<MovingScene> whole, double part) : whole_(std::move(whole)) {
-    boxes_ = whole_->boxes();
-    for (std::size_t i = 0; i < boxes_.size(); ++i)
-      if (std::floor(part * static_cast<double>(i + 1)) > std::floor(part * static_cast<double>(i)))
-        movers_.push_back(i);
-  }
-
-  void advance() override {
-    whole_->advance();
-    for (const std::size_t i : movers_) boxes_[i] = whole_->boxes()[i];
-  }
-
- private:
-  const std::unique_ptr<MovingScene> whole_;
-  std::vector<std::size_t> movers_;
-};
-
-// One scene at one size with one number of threads: what its cells share.
+// One scene at one size: what its cells share.
 struct Stage {
   const SceneKind& scene;
   std::size_t n;
-  int threads;
-  bool has_expected = false;
-  Overlapping expected{};  // in the frame that is checked
+  std::optional<Overlapping> expected{};  // in the frame that is checked
 };
 
 // What was measured in a cell, over all its turns.
 struct Cell {
   Stage& stage;
   const PeerKind& kind;
+  int threads;
   std::vector<double> times{};  // ms
-  std::vector<Stages> stages{};
+  std::vector<Account> accounts{};
   std::size_t extra = 0;
   double move_ms = not_known;
-  Account account{};
   std::string status{};  // empty: ok
 
-  const PairSet& expected() const {
-    return kind.leaves_out_rest ? stage.expected.of_moved : stage.expected.all;
+  PairSet expected() const {
+    if (!stage.expected) return {};
+    return kind.leaves_out_rest ? stage.expected->of_moved : stage.expected->all;
   }
 };
 
@@ -112,7 +90,7 @@ class Forecast {
 
  private:
   static std::string key(const Cell& cell) {
-    return cell.stage.scene.name + "/" + cell.kind.name + "/" + std::to_string(cell.stage.threads);
+    return cell.stage.scene.name + "/" + cell.kind.name + "/" + std::to_string(cell.threads);
   }
   std::map<std::string, std::pair<std::size_t, double>> last_;
 };
@@ -120,18 +98,19 @@ class Forecast {
 // A peer in action.
 class Turn {
  public:
-  Turn(Cell& cell, const Wishes& wishes) : cell_(cell), wishes_(wishes), scene_(makeScene()) {
-    const std::string refusal = cell.kind.refuses(scene_->boxes());
-    if (!refusal.empty()) throw std::runtime_error(refusal);
-    peer_ = cell.kind.create(cell.stage.threads);
-    peer_->create(scene_->boxes());
+  Turn(Cell& cell, const Wishes& wishes)
+      : cell_(cell),
+        wishes_(wishes),
+        scene_(partlyMoving(cell.stage.scene.make(cell.stage.n, seed), wishes.moving)),
+        peer_(cell.kind.create(cell.threads)) {
+    peer_->create(scene_.boxes);
     if (wishes.batch > 0) {
       storeFrames();
       measureMoving();
     }
     peer_->enter();
     for (int i = 0; i < frames_before_check; ++i) findNext();
-    if (cell.times.empty()) check();
+    check();
   }
 
   void play() {
@@ -142,27 +121,24 @@ class Turn {
     timeFrames(cell_.times, 0, timing, [this] {
       if (wishes_.batch > 0) return findBatch() - cell_.move_ms;
       const double milliseconds = findNext();
-      ask();
+      cell_.accounts.push_back(peer_->account());
       return milliseconds;
     });
     // A space that was asked times its stages from then on, which takes as long as a few geoms do.
-    if (wishes_.batch > 0) ask();
+    if (wishes_.batch > 0) cell_.accounts.push_back(peer_->account());
   }
 
  private:
-  // Milliseconds of one find.
+  // Milliseconds of one find, after what a program does between frames.
   double findNext() {
     advance();
-    if (is_timed_) doOtherThings();
+    if (is_timed_) {
+      std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(wishes_.sleep));
+      for (const Stopwatch clock; clock.milliseconds() < wishes_.work;) continue;
+    }
     const Stopwatch clock;
-    peer_->find();
+    peer_->find(nullptr);
     return clock.milliseconds();
-  }
-
-  // What a program does between frames.
-  void doOtherThings() const {
-    std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(wishes_.sleep));
-    for (const Stopwatch clock; clock.milliseconds() < wishes_.work;) continue;
   }
 
   // Milliseconds of a frame, moving included, as the mean of a batch.
@@ -170,28 +146,16 @@ class Turn {
     const Stopwatch clock;
     for (int i = 0; i < wishes_.batch; ++i) {
       moveToStored();
-      peer_->find();
+      peer_->find(nullptr);
     }
     return clock.milliseconds() / wishes_.batch;
-  }
-
-  // What the last frame was.
-  void ask() {
-    cell_.account = peer_->account();
-    cell_.stages.push_back(cell_.account.stages);
-  }
-
-  std::unique_ptr<MovingScene> makeScene() const {
-    auto scene = cell_.stage.scene.make(cell_.stage.n, seed);
-    if (wishes_.moving >= 1) return scene;
-    return std::make_unique<PartlyMoving>(std::move(scene), wishes_.moving);
   }
 
   // Where nothing moves the first frames tell so, and the timed ones tell nothing.
   void advance() {
     if (wishes_.moving == 0 && is_timed_) return;
-    if (wishes_.moving > 0) scene_->advance();
-    peer_->move(scene_->boxes());
+    if (wishes_.moving > 0) scene_.next();
+    peer_->move(scene_.boxes);
   }
 
   // Boxes tremble as well, by up to a twentieth of their width.
@@ -199,8 +163,8 @@ class Turn {
     if (wishes_.moving == 0) return;
     sap_test::Random random(seed);
     for (int i = 0; i < frames_in_store; ++i) {
-      scene_->advance();
-      frames_.push_back(scene_->boxes());
+      scene_.next();
+      frames_.push_back(scene_.boxes);
       for (CentredBox& box : frames_.back())
         for (int axis = 0; axis < 3; ++axis)
           box.centre[axis] += box.half[axis] * static_cast<dReal>(random.between(-0.1, 0.1));
@@ -229,53 +193,50 @@ class Turn {
   }
 
   void check() {
-    const Boxes before = scene_->boxes();
+    const Boxes before = scene_.boxes;
     advance();
-    Stage& stage = cell_.stage;
-    if (!stage.has_expected)
-      stage.expected = overlapping(scene_->boxes(), differing(before, scene_->boxes()));
-    stage.has_expected = true;
-    const Reported reported = reportedBy(*peer_, scene_->boxes());
-    cell_.extra = reported.extra;
-    cell_.status = faultOf(reported, cell_.expected(), !cell_.kind.superset.empty());
+    if (!cell_.stage.expected) cell_.stage.expected = overlapping(before, scene_.boxes);
+    cell_.extra = 0;
+    cell_.status =
+        faultOf(*peer_, scene_.boxes, cell_.expected(), !cell_.kind.superset.empty(), cell_.extra);
   }
 
   Cell& cell_;
   const Wishes& wishes_;
-  std::unique_ptr<MovingScene> scene_;
-  std::unique_ptr<Peer> peer_;
+  MovingScene scene_;
+  const std::unique_ptr<Peer> peer_;
   std::vector<Boxes> frames_;
   std::size_t next_frame_ = 0;
   bool is_timed_ = false;
 };
 
 Row rowOf(const Cell& cell, const Wishes& wishes) {
-  const auto stage = [&](double Stages::*member) {
+  const auto stage = [&](double Account::*member) {
     std::vector<double> values;
-    for (const Stages& stages : cell.stages) values.push_back(stages.*member);
+    for (const Account& account : cell.accounts) values.push_back(account.*member);
     return median(values);
   };
-  const Account& account = cell.account;
-  const bool ran = !cell.times.empty();
+  const Account last = cell.accounts.empty() ? Account() : cell.accounts.back();
+  const auto used = [&](int number) { return cell.times.empty() ? "" : std::to_string(number); };
   Row row;
   row.add("scene", cell.stage.scene.name)
       .add("n", cell.stage.n)
       .add("peer", cell.kind.name)
       .add("library", cell.kind.library)
-      .add("threads", cell.stage.threads)
+      .add("threads", cell.threads)
       .add("moving", wishes.moving)
       .add("status", cell.status.empty() ? "ok" : cell.status)
       .addTimes(cell.times)
       .add("move_ms", cell.move_ms)
       .add("pairs", cell.expected().count)
       .add("extra_pairs", cell.extra)
-      .add("update_ms", stage(&Stages::update))
-      .add("extract_ms", stage(&Stages::extract))
-      .add("filter_ms", stage(&Stages::filter))
-      .add("report_ms", stage(&Stages::report))
-      .add("own_bytes", account.own_bytes)
-      .add("threads_used", ran ? std::to_string(account.threads) : std::string())
-      .add("devices_used", ran ? std::to_string(account.devices) : std::string());
+      .add("update_ms", stage(&Account::update))
+      .add("extract_ms", stage(&Account::extract))
+      .add("filter_ms", stage(&Account::filter))
+      .add("report_ms", stage(&Account::report))
+      .add("own_bytes", last.own_bytes)
+      .add("threads_used", used(last.threads))
+      .add("devices_used", used(last.devices));
   if (wishes.others >= 0)
     row.add("others", wishes.others).add("sleep_ms", wishes.sleep).add("work_ms", wishes.work);
   return row;
@@ -301,33 +262,24 @@ std::vector<SceneKind> allScenes(const Wishes& wishes) {
   return all;
 }
 
-std::vector<SceneKind> chosenScenes(const Wishes& wishes) {
-  std::vector<SceneKind> all = allScenes(wishes), chosen;
-  for (const std::string& name : wishes.scenes) {
-    const auto found =
-        std::find_if(all.begin(), all.end(), [&](const SceneKind& s) { return s.name == name; });
-    if (found == all.end()) throw std::invalid_argument("no scene " + name + "; see --list");
-    chosen.push_back(*found);
-  }
-  return chosen;
-}
-
-// The ones asked for, as far as they are to be had here; without a wish all of these, ours with its
-// own choice of method only.
-std::vector<PeerKind> chosenPeers(const Wishes& wishes) {
-  std::vector<PeerKind> chosen;
-  const std::set<std::string> wished(wishes.peers.begin(), wishes.peers.end());
-  std::set<std::string> missing = wished;
-  for (const PeerKind& kind : peerKinds()) {
-    const bool variant = kind.name.find(':') != std::string::npos;
-    if (wished.empty() ? variant : !wished.count(kind.name)) continue;
-    if (!kind.create(1)) continue;
-    chosen.push_back(kind);
-    missing.erase(kind.name);
-  }
+// Those of these names, in the order of all; what is missing is said.
+template <class Kind>
+std::vector<Kind> chosen(const std::vector<Kind>& all, const std::vector<std::string>& names) {
+  std::vector<Kind> found;
+  std::set<std::string> missing(names.begin(), names.end());
+  for (const Kind& kind : all)
+    if (missing.erase(kind.name)) found.push_back(kind);
   for (const std::string& name : missing)
     std::fprintf(stderr, "pair-benchmark: no %s here; see --list\n", name.c_str());
-  return chosen;
+  return found;
+}
+
+// Those that are to be had here.
+std::vector<PeerKind> allPeers() {
+  std::vector<PeerKind> all;
+  for (const PeerKind& kind : peerKinds())
+    if (kind.create(1)) all.push_back(kind);
+  return all;
 }
 
 void printList(const Wishes& wishes) {
@@ -335,10 +287,9 @@ void printList(const Wishes& wishes) {
   for (const SceneKind& scene : allScenes(wishes))
     std::printf("  %-22s %s\n", scene.name.c_str(), scene.about.c_str());
   std::printf("Peers\n");
-  for (const PeerKind& kind : peerKinds())
-    std::printf("  %-30s %s%s%s%s\n", kind.name.c_str(), kind.library.c_str(),
-                kind.create(1) ? "" : " (not to be had here)", kind.superset.empty() ? "" : "; ",
-                kind.superset.c_str());
+  for (const PeerKind& kind : allPeers())
+    std::printf("  %-30s %s%s%s\n", kind.name.c_str(), kind.library.c_str(),
+                kind.superset.empty() ? "" : "; ", kind.superset.c_str());
 }
 
 // Peers that take no number of threads run once, on the first of all numbers that is one.
@@ -350,16 +301,13 @@ bool runsOn(const PeerKind& kind, int threads, const std::vector<int>& all) {
 
 // Whether ours found what it should have. What another library finds or misses is its own affair,
 // and a finding; it was not timed.
-bool runScene(const SceneKind& scene, std::size_t n, const std::vector<PeerKind>& peers,
-              const Wishes& wishes, Forecast& forecast, Csv& csv) {
-  std::vector<std::unique_ptr<Stage>> stages;
+bool runScene(Stage stage, const std::vector<PeerKind>& peers, const Wishes& wishes,
+              Forecast& forecast, Csv& csv) {
   std::vector<Cell> cells;
-  for (const int threads : wishes.threads) {
-    stages.push_back(std::make_unique<Stage>(Stage{scene, n, threads}));
+  for (const int threads : wishes.threads)
     for (const PeerKind& kind : peers)
-      if (n <= kind.most && runsOn(kind, threads, wishes.threads))
-        cells.push_back(Cell{*stages.back(), kind});
-  }
+      if (stage.n <= kind.most && runsOn(kind, threads, wishes.threads))
+        cells.push_back({stage, kind, threads});
   for (int round = 0; round < wishes.timing.rounds; ++round)
     for (Cell& cell : cells) takeTurn(cell, forecast, wishes);
   bool right = true;
@@ -374,15 +322,23 @@ bool runScene(const SceneKind& scene, std::size_t n, const std::vector<PeerKind>
 
 void run(Wishes wishes) {
   if (wishes.list) return printList(wishes);
-  const std::vector<SceneKind> scenes = chosenScenes(wishes);
-  const std::vector<PeerKind> peers = chosenPeers(wishes);
+  const std::vector<SceneKind> scenes = chosen(allScenes(wishes), wishes.scenes);
+  if (scenes.size() != wishes.scenes.size()) throw std::invalid_argument("not all scenes are here");
+  std::vector<PeerKind> peers = allPeers();
+  if (wishes.peers.empty())  // ours with its own choice of method only
+    peers.erase(std::remove_if(
+                    peers.begin(), peers.end(),
+                    [](const PeerKind& kind) { return kind.name.find(':') != std::string::npos; }),
+                peers.end());
+  else
+    peers = chosen(peers, wishes.peers);
   Csv csv(wishes.timing.csv);
   Forecast forecast;
   bool right = true;
   std::sort(wishes.sizes.begin(), wishes.sizes.end());
   for (const SceneKind& scene : scenes)
     for (std::size_t n : scene.always ? std::vector<std::size_t>{scene.always} : wishes.sizes)
-      if (n <= scene.most) right = runScene(scene, n, peers, wishes, forecast, csv) && right;
+      if (n <= scene.most) right = runScene({scene, n}, peers, wishes, forecast, csv) && right;
   if (!right) throw std::runtime_error("wrong pairs");
 }
 

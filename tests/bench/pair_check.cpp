@@ -15,77 +15,53 @@ void PairSet::add(std::size_t a, std::size_t b) {
   ++count;
 }
 
-Reported reportedBy(Peer& peer, const Boxes& boxes) {
-  Reported reported;
-  peer.visit([&](std::size_t a, std::size_t b) {
-    if (a != b && a < boxes.size() && b < boxes.size() && boxes[a].overlaps(boxes[b]))
-      reported.pairs.add(a, b);
-    else
-      ++reported.extra;
-  });
-  return reported;
-}
-
-void Overlapping::add(std::size_t a, std::size_t b, const std::vector<bool>& moved) {
-  all.add(a, b);
-  if (moved[a] || moved[b]) of_moved.add(a, b);
-}
-
-namespace {
-
-// Along x, among the boxes that reach into a slab of y from `low` to below `high`; a pair counts in
-// the slab where its intersection begins.
-template <class Add>
-void sweepSlab(const Boxes& boxes, const std::vector<std::size_t>& by_x, dReal low, dReal high,
-               Add add) {
-  for (std::size_t i = 0; i < by_x.size(); ++i) {
-    const CentredBox& box = boxes[by_x[i]];
-    const dReal end = box.high(0);
-    for (std::size_t j = i + 1; j < by_x.size() && boxes[by_x[j]].low(0) <= end; ++j) {
-      const CentredBox& other = boxes[by_x[j]];
-      const dReal begin = std::max(box.low(1), other.low(1));
-      if (begin >= low && begin < high && box.overlaps(other)) add(by_x[i], by_x[j]);
-    }
-  }
-}
-
-}  // namespace
-
-Overlapping overlapping(const Boxes& boxes, const std::vector<bool>& moved) {
-  std::vector<dReal> lows;
+// Slabs are of y, and swept along x. A pair counts in the slab where its intersection begins.
+Overlapping overlapping(const Boxes& before, const Boxes& boxes) {
+  std::vector<dReal> lows, borders;
   for (const CentredBox& box : boxes) lows.push_back(box.low(1));
   std::sort(lows.begin(), lows.end());
   const std::size_t slabs = static_cast<std::size_t>(std::cbrt(static_cast<double>(boxes.size())));
-  std::vector<dReal> borders{-std::numeric_limits<dReal>::infinity()};
   for (std::size_t i = 1; i < slabs; ++i) borders.push_back(lows[i * lows.size() / slabs]);
-  borders.erase(std::unique(borders.begin(), borders.end()), borders.end());
-  borders.push_back(std::numeric_limits<dReal>::infinity());
+  const auto slabOf = [&](dReal y) {
+    return static_cast<std::size_t>(std::upper_bound(borders.begin(), borders.end(), y) -
+                                    borders.begin());
+  };
 
   std::vector<std::size_t> by_x(boxes.size());
   std::iota(by_x.begin(), by_x.end(), std::size_t{0});
   std::sort(by_x.begin(), by_x.end(),
             [&](std::size_t a, std::size_t b) { return boxes[a].low(0) < boxes[b].low(0); });
-  const auto slabOf = [&](dReal y) {
-    return static_cast<std::size_t>(std::upper_bound(borders.begin(), borders.end(), y) -
-                                    borders.begin()) -
-           1;
-  };
-  std::vector<std::vector<std::size_t>> members(borders.size() - 1);
-  for (std::size_t i : by_x)
+  std::vector<std::vector<std::size_t>> members(borders.size() + 1);
+  for (const std::size_t i : by_x)
     for (std::size_t s = slabOf(boxes[i].low(1)); s <= slabOf(boxes[i].high(1)); ++s)
       members[s].push_back(i);
   Overlapping pairs;
-  const auto add = [&](std::size_t a, std::size_t b) { pairs.add(a, b, moved); };
   for (std::size_t s = 0; s < members.size(); ++s)
-    sweepSlab(boxes, members[s], borders[s], borders[s + 1], add);
+    for (auto i = members[s].begin(); i != members[s].end(); ++i)
+      for (auto j = i + 1; j != members[s].end(); ++j) {
+        const CentredBox &box = boxes[*i], &other = boxes[*j];
+        if (other.low(0) > box.high(0)) break;
+        if (!box.overlaps(other) || slabOf(std::max(box.low(1), other.low(1))) != s) continue;
+        pairs.all.add(*i, *j);
+        if (!(box == before[*i]) || !(other == before[*j])) pairs.of_moved.add(*i, *j);
+      }
   return pairs;
 }
 
-std::string faultOf(const Reported& reported, const PairSet& expected, bool superset_allowed) {
-  if (reported.extra > 0 && !superset_allowed)
-    return "wrong: " + std::to_string(reported.extra) + " pairs that do not overlap";
-  if (reported.pairs == expected) return "";
-  return "wrong: " + std::to_string(reported.pairs.count) + " pairs instead of " +
+std::string faultOf(Peer& peer, const Boxes& boxes, const PairSet& expected, bool superset_allowed,
+                    std::size_t& extra) {
+  PairSet found;
+  const PairVisitor visitor = [&](std::size_t a, std::size_t b) {
+    if (a != b && a < boxes.size() && b < boxes.size() && boxes[a].overlaps(boxes[b]))
+      found.add(a, b);
+    else
+      ++extra;
+  };
+  peer.find(&visitor);
+  if (extra > 0 && !superset_allowed)
+    return "wrong: " + std::to_string(extra) + " pairs that do not overlap";
+  if (found.count == expected.count && found.sum == expected.sum) return "";
+  return "wrong: " + std::to_string(found.count) + " pairs instead of " +
          std::to_string(expected.count);
 }
 

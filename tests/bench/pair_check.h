@@ -12,27 +12,19 @@ namespace bench {
 struct PairSet {
   std::size_t count = 0;
   std::uint64_t sum = 0;
-
   void add(std::size_t a, std::size_t b);
-  bool operator==(const PairSet& other) const { return count == other.count && sum == other.sum; }
 };
-
-// What a peer reported: the pairs that overlap, and how many more.
-struct Reported {
-  PairSet pairs;
-  std::size_t extra = 0;
-};
-Reported reportedBy(Peer& peer, const Boxes& boxes);
 
 // By a way of its own, which shares no code with what is compared: a sweep in slabs of equally many
 // boxes.
 struct Overlapping {
-  PairSet all, of_moved;  // the latter have a box that moved
-  void add(std::size_t a, std::size_t b, const std::vector<bool>& moved);
+  PairSet all, of_moved;  // the latter have a box that is another one than before
 };
-Overlapping overlapping(const Boxes& boxes, const std::vector<bool>& moved);
+Overlapping overlapping(const Boxes& before, const Boxes& boxes);
 
-// Empty if all is as it should be, else what is wrong.
-std::string faultOf(const Reported& reported, const PairSet& expected, bool superset_allowed);
+// Empty if the peer finds the expected pairs, else what is wrong. `extra` becomes the number of
+// others, which only a superset may have.
+std::string faultOf(Peer& peer, const Boxes& boxes, const PairSet& expected, bool superset_allowed,
+                    std::size_t& extra);
 
 }  // namespace bench

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Draws every figure of a results directory into it: tests/bench/plot.py DIR"""
-import argparse
 import os
 import sys
 
+if sys.argv[1:] in ([], ["--help"]) and __name__ == "__main__":
+    print(__doc__)
+    sys.exit(0 if sys.argv[1:] else 2)
 try:
-    import matplotlib
     import matplotlib.lines
     import matplotlib.patches
     import PIL.Image
@@ -13,13 +14,10 @@ try:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 except ImportError as error:
-    if __name__ != "__main__":
-        raise
-    if not {"-h", "--help"} & set(sys.argv):
-        sys.exit("plot.py: %s. Debian: apt-get install python3-matplotlib" % error)
+    sys.exit("plot.py: %s. Debian: apt-get install python3-matplotlib" % error)
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
-from results import OURS, machine, one, read, timed, values
+from table import OURS, machine, one, read, timed, values
 
 
 def save(figure, directory, name, source, top=1):
@@ -49,9 +47,8 @@ def on_devices(rows):
     return ("The paper's method, one thread a GPU", theirs), ("Ours, %d threads" % most_threads, ours)
 
 
-def figure14(directory):
+def figure14(directory, rows):
     """The paper's figure 14: percent of the time of the paper's sequential CPU method, brute force."""
-    rows = read(directory, "figure14")
     scenes = values(rows, "scene")
     figure, grid = plt.subplots(1, 2, figsize=(13, 5), sharey=True)
     for axes, (title, series) in zip(grid, on_devices(rows)):
@@ -76,9 +73,8 @@ def figure14(directory):
     return save(figure, directory, "paper-figure-14", machine(rows))
 
 
-def figure15(directory):
+def figure15(directory, rows):
     """The paper's figure 15: the broad phase through the run of the balls."""
-    rows = read(directory, "figure15")
     figure, grid = plt.subplots(1, 2, figsize=(13, 5), sharey=True)
     for axes, (title, series) in zip(grid, on_devices(rows)):
         for label, wanted in series:
@@ -116,9 +112,8 @@ def step_axes(axes, rows):
     axes.margins(y=0.1)
 
 
-def step(directory):
+def step(directory, rows):
     """The pile, and where the time of a whole step goes: a panel a size, a bar a space."""
-    rows = read(directory, "step")
     sizes = values(rows, "bodies")
     figure, (pile, *panels) = plt.subplots(1, 1 + len(sizes), figsize=(3.6 * (1 + len(sizes)), 4.6))
     pile.imshow(plt.imread(PILE)[:, 150:700])
@@ -134,17 +129,11 @@ def step(directory):
         max(values(rows, "threads")), machine(rows)), top=0.93)
 
 
-FIGURES = {"figure14": figure14, "figure15": figure15, "step": step}
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("directory", metavar="DIR")
-    directory = parser.parse_args().directory
-    drawn = [figure(directory) for study, figure in FIGURES.items() if read(directory, study)]
-    if not drawn:
-        sys.exit(directory + ": no results")
+def draw(directory):
+    """The figures of the studies that have rows."""
+    drawn = [figure(directory, rows) for figure in (figure14, figure15, step) for rows in [read(directory, figure.__name__)] if rows]
+    return drawn or sys.exit(directory + ": no results")
 
 
 if __name__ == "__main__":
-    main()
+    draw(sys.argv[1])

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -36,72 +37,59 @@ CentredBox boxOf(const trace::Bounds& bounds) {
   return box;
 }
 
-// Gives each geom a box for as long as it is shown. A box that no geom has is the next one's.
-class BoxesOfGeoms {
- public:
-  void show(const trace::Frame& frame, bool bodies_only) {
-    for (const std::uint32_t number : frame.removed) geoms_.erase(number);
-    for (const trace::Geom& geom : frame.geoms) geoms_[geom.number] = geom;
-    for (const auto* list : {&frame.poses, &frame.bounds})
-      for (const trace::Geom& geom : *list) geoms_[geom.number].bounds = geom.bounds;
-    std::map<std::uint32_t, std::size_t> places;
-    std::set<std::size_t> free = unused_;
-    for (const auto& [number, place] : places_)
-      if (isWanted(number, bodies_only))
-        places[number] = place;
-      else
-        free.insert(place);
-    for (const auto& [number, geom] : geoms_) {
-      if (!isWanted(number, bodies_only)) continue;
-      if (!places.count(number)) {
-        if (free.empty()) free.insert(places.size());
-        places[number] = *free.begin();
-        free.erase(free.begin());
-      }
-      greatest_x_ = std::max(greatest_x_, geom.bounds[1]);
-    }
-    places_ = std::move(places);
-    unused_ = std::move(free);
-  }
+// The boxes of the geoms that are shown, by number.
+using Shown = std::map<std::uint32_t, CentredBox>;
 
-  // The number of boxes so far, those without a geom included.
-  std::size_t size() const { return places_.size() + unused_.size(); }
-  double greatestX() const { return greatest_x_; }
-  template <class Put>
-  void forEach(Put put) const {
-    for (const auto& [number, place] : places_) put(place, boxOf(geoms_.at(number).bounds));
-  }
-
- private:
-  bool isWanted(std::uint32_t number, bool bodies_only) const {
-    const auto geom = geoms_.find(number);
-    return geom != geoms_.end() && isShown(geom->second) && (!bodies_only || geom->second.body);
-  }
-
-  std::map<std::uint32_t, trace::Geom> geoms_;
-  std::map<std::uint32_t, std::size_t> places_;
-  std::set<std::size_t> unused_;
-  double greatest_x_ = 0;
-};
-
-Frames framesOf(const std::string& path, bool bodies_only) {
-  const trace::Recording recording = trace::readRecording(path);
-  BoxesOfGeoms all;
-  for (const trace::Frame& frame : recording.frames) all.show(frame, bodies_only);
-  Boxes aside(all.size());
-  const double unit = std::max(1.0, all.greatestX() / 1024);
-  for (std::size_t i = 0; i < aside.size(); ++i) {
-    const double x = all.greatestX() + unit * 2 * static_cast<double>(1 + i);
-    const dReal half = static_cast<dReal>(unit / 2);
-    aside[i] = {{static_cast<dReal>(x), 0, 0}, {half, half, half}};
-  }
-  Frames frames;
-  BoxesOfGeoms shown;
+std::vector<Shown> shownIn(const trace::Recording& recording, bool bodies_only) {
+  std::map<std::uint32_t, trace::Geom> geoms;
+  std::vector<Shown> all;
   for (const trace::Frame& frame : recording.frames) {
-    shown.show(frame, bodies_only);
-    frames.push_back(aside);
-    shown.forEach([&](std::size_t place, const CentredBox& box) { frames.back()[place] = box; });
+    for (const std::uint32_t number : frame.removed) geoms.erase(number);
+    for (const trace::Geom& geom : frame.geoms) geoms[geom.number] = geom;
+    for (const auto* list : {&frame.poses, &frame.bounds})
+      for (const trace::Geom& geom : *list) geoms[geom.number].bounds = geom.bounds;
+    all.emplace_back();
+    for (const auto& [number, geom] : geoms)
+      if (isShown(geom) && (!bodies_only || geom.body)) all.back()[number] = boxOf(geom.bounds);
   }
+  return all;
+}
+
+// Each geom has a place for as long as it is shown. A free one is the next geom's, and aside.
+Frames framesOf(const std::string& path, bool bodies_only) {
+  const std::vector<Shown> all = shownIn(trace::readRecording(path), bodies_only);
+  std::map<std::uint32_t, std::size_t> places;
+  std::vector<decltype(places)> places_in;
+  std::set<std::size_t> free;
+  std::size_t count = 0;
+  double end = 0;
+  for (const Shown& shown : all) {
+    for (auto at = places.begin(); at != places.end();) {
+      const auto next = std::next(at);
+      if (!shown.count(at->first)) {
+        free.insert(at->second);
+        places.erase(at);
+      }
+      at = next;
+    }
+    for (const auto& [number, box] : shown) {
+      end = std::max<double>(end, box.high(0));
+      if (places.count(number)) continue;
+      if (free.empty()) free.insert(count++);
+      places[number] = *free.begin();
+      free.erase(free.begin());
+    }
+    places_in.push_back(places);
+  }
+  Boxes aside(count);
+  const double unit = std::max(1.0, end / 1024);
+  const dReal half = static_cast<dReal>(unit / 2);
+  for (std::size_t i = 0; i < count; ++i)
+    aside[i] = {{static_cast<dReal>(end + unit * 2 * static_cast<double>(1 + i)), 0, 0},
+                {half, half, half}};
+  Frames frames(all.size(), aside);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (const auto& [number, box] : all[i]) frames[i][places_in[i].at(number)] = box;
   return frames;
 }
 
@@ -112,34 +100,21 @@ struct Place {
 };
 
 // Frames there and back.
-class RecordedScene : public MovingScene {
- public:
-  RecordedScene(std::shared_ptr<const Frames> frames, std::vector<Place> places)
-      : frames_(std::move(frames)), places_(std::move(places)) {
-    boxes_.resize(places_.size());
-    show(0);
-  }
-
-  void advance() override {
-    const std::size_t last = frames_->size() - 1;
-    if (last == 0) return;
-    const std::size_t phase = ++frame_ % (2 * last);
-    show(phase <= last ? phase : 2 * last - phase);
-  }
-
- private:
-  void show(std::size_t frame) {
-    for (std::size_t i = 0; i < boxes_.size(); ++i) {
-      boxes_[i] = (*frames_)[frame][places_[i].recorded];
-      boxes_[i].centre[0] += places_[i].x;
-      boxes_[i].centre[1] += places_[i].y;
-    }
-  }
-
-  const std::shared_ptr<const Frames> frames_;
-  const std::vector<Place> places_;
-  std::size_t frame_ = 0;
-};
+MovingScene recorded(const std::shared_ptr<const Frames>& frames,
+                     const std::vector<Place>& places) {
+  MovingScene scene = {Boxes(places.size()), [=, frame = std::size_t{0}](Boxes& boxes) mutable {
+                         const std::size_t last = frames->size() - 1, phase = frame++;
+                         const Boxes& from = (*frames)[phase <= last ? phase : 2 * last - phase];
+                         if (frame >= 2 * last) frame = 0;
+                         for (std::size_t i = 0; i < boxes.size(); ++i) {
+                           boxes[i] = from[places[i].recorded];
+                           boxes[i].centre[0] += places[i].x;
+                           boxes[i].centre[1] += places[i].y;
+                         }
+                       }};
+  scene.next();
+  return scene;
+}
 
 // In an order that says nothing about where they are.
 std::vector<Place> placesInCopies(const Boxes& boxes, std::size_t n, std::uint64_t seed) {
@@ -164,7 +139,7 @@ std::vector<Place> placesInCopies(const Boxes& boxes, std::size_t n, std::uint64
                       static_cast<dReal>(depth * static_cast<double>(copy / columns))});
   }
   sap_test::Random random(seed);
-  for (std::size_t i = n; i > 1; --i) std::swap(places[i - 1], places[random.below(i)]);
+  sap_test::shuffle(places.data(), n, random);
   return places;
 }
 
@@ -174,30 +149,23 @@ SceneKind traceScene(const std::string& path) {
   const auto frames = std::make_shared<const Frames>(framesOf(path, false));
   std::vector<Place> places;
   for (std::size_t i = 0; i < frames->front().size(); ++i) places.push_back({i});
-  SceneKind kind;
-  kind.name = "trace";
-  kind.about = "the bounding boxes of " + path;
-  kind.most = kind.always = places.size();
-  kind.make = [=](std::size_t, std::uint64_t) {
-    return std::make_unique<RecordedScene>(frames, places);
-  };
-  return kind;
+  return {"trace", "the bounding boxes of " + path,
+          [=](std::size_t, std::uint64_t) { return recorded(frames, places); }, places.size(),
+          places.size()};
 }
 
 std::vector<SceneKind> pileScenes(const std::string& directory) {
   std::vector<SceneKind> kinds;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
     if (entry.path().extension() != ".trace") continue;
-    SceneKind kind;
-    kind.name = "pile-" + entry.path().stem().string();
-    kind.about = "recorded from examples/pile, copies side by side";
     // Read when first used, and kept.
-    kind.make = [path = entry.path().string(), kept = std::make_shared<Frames>()](
-                    std::size_t n, std::uint64_t seed) {
-      if (kept->empty()) *kept = framesOf(path, true);
-      return std::make_unique<RecordedScene>(kept, placesInCopies(kept->front(), n, seed));
-    };
-    kinds.push_back(kind);
+    kinds.push_back({"pile-" + entry.path().stem().string(),
+                     "recorded from examples/pile, copies side by side",
+                     [path = entry.path().string(), kept = std::make_shared<Frames>()](
+                         std::size_t n, std::uint64_t seed) {
+                       if (kept->empty()) *kept = framesOf(path, true);
+                       return recorded(kept, placesInCopies(kept->front(), n, seed));
+                     }});
   }
   std::sort(kinds.begin(), kinds.end(),
             [](const SceneKind& a, const SceneKind& b) { return a.name < b.name; });

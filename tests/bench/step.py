@@ -14,11 +14,12 @@ import argparse
 import csv
 import datetime
 import os
+import re
 import statistics
 import subprocess
-import sys
 import tempfile
 
+HERE = os.path.dirname(os.path.abspath(__file__))
 SPACES = {"dHashSpace": ["--space", "hash"],
           "dSweepAndPruneSpace": ["--space", "sap"],
           "the one line": ["--space", "parallel", "--narrow", "serial"],
@@ -31,38 +32,33 @@ COLUMNS = ["bodies", "space", "status", "threads", "steps", "pairs", "contacts"]
     "step_ms", "cpu", "cores", "commit", "date"]
 
 
-def cpu_name():
+def machine():
+    """Without git the commit is empty."""
     with open("/proc/cpuinfo") as file:
-        return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
-
-
-def commit():
-    """Of the sources that this script is among; empty without git."""
+        cpu = re.search(r"^model name\s*: (.*)|$", file.read(), re.M)[1] or "unknown"
     try:
-        return subprocess.run(["git", "rev-parse", "--short=10", "HEAD"], stdout=subprocess.PIPE, check=True, text=True,
-                              stderr=subprocess.DEVNULL, cwd=os.path.dirname(os.path.abspath(__file__))).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return ""
+        commit = subprocess.run(["git", "rev-parse", "--short=10", "HEAD"], stdout=subprocess.PIPE, text=True, stderr=subprocess.DEVNULL,
+                                cwd=HERE).stdout.strip()
+    except OSError:
+        commit = ""
+    return {"cpu": cpu, "cores": len(os.sched_getaffinity(0)), "commit": commit, "date": datetime.date.today().isoformat()}
 
 
-def frames_of(command, limit):
+def frames_of(options, bodies, space):
     """The rows of a run of pile; a text where there are none."""
+    settle, steps = STEPS.get(bodies, (150, 10))
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "frames.csv")
+        command = [options.pile, "--bodies", str(bodies), "--steps", str((options.steps or steps) + DROPPED),
+                   "--settle", str(options.settle or settle), "--csv", file]
         try:
-            status = subprocess.run(command + ["--csv", file], stdout=subprocess.DEVNULL, timeout=limit).returncode
+            status = subprocess.run(command + SPACES[space], stdout=subprocess.DEVNULL, timeout=options.limit).returncode
         except subprocess.TimeoutExpired:
-            return "left out: longer than %g s" % limit
+            return "left out: longer than %g s" % options.limit
         if status != 0:
             return "left out: pile ends with %d" % status
         with open(file, newline="") as rows:
             return list(csv.DictReader(rows))[DROPPED:]
-
-
-def run(options, bodies, space):
-    settle, steps = STEPS.get(bodies, (150, 10))
-    return frames_of([options.pile, "--bodies", str(bodies), "--steps", str((options.steps or steps) + DROPPED),
-                      "--settle", str(options.settle or settle)] + SPACES[space], options.limit)
 
 
 def row_of(bodies, space, turns):
@@ -87,8 +83,7 @@ def main():
     parser.add_argument("--turns", type=int, default=5, help="runs of each space")
     parser.add_argument("--limit", type=float, default=90, help="seconds that a run may take")
     options = parser.parse_args()
-    where = {"cpu": cpu_name(), "cores": len(os.sched_getaffinity(0)), "commit": commit(),
-             "date": datetime.date.today().isoformat()}
+    where = machine()
     os.makedirs(os.path.dirname(os.path.abspath(options.out)), exist_ok=True)
     with open(options.out, "w", newline="") as file:
         out = csv.DictWriter(file, COLUMNS)
@@ -98,7 +93,7 @@ def main():
             for _ in range(options.turns):
                 for space, runs in turns.items():
                     if not runs or not isinstance(runs[-1], str):
-                        runs.append(run(options, bodies, space))
+                        runs.append(frames_of(options, bodies, space))
             for space, runs in turns.items():
                 row = row_of(bodies, space, runs)
                 out.writerow(dict(row, **where))

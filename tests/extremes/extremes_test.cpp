@@ -10,19 +10,14 @@
 #include "support/configurations.h"
 #include "support/floating_point.h"
 #include "support/knobs.h"
+#include "support/not_finite.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
 namespace {
-
-Extremes extremes() {
-  Extremes all;
-  for (const auto part : {extremePlaces, extremeBounds, extremeChanges})
-    for (const Extreme& extreme : part()) all.push_back(extreme);
-  return all;
-}
 
 // What dSpaceCollide2 finds with some geoms that are in no space: boxes as large as one of the
 // scene's, infinite ones and inverted ones.
@@ -110,3 +105,14 @@ TEST_CASE("At every extreme any number of threads finds exactly the pairs and ge
     CHECK(play(extreme, geomsOf(extreme.most), 3, 2) == "");
   }
 }
+
+#if defined(EXTREMES_FAST_MATH)
+#if !defined(__FAST_MATH__)
+#error "to be compiled with -ffast-math"
+#endif
+
+TEST_CASE("Denormals are flushed from the start of the program on", "[extremes]") {
+  if (!FloatingPointMode::kCanBeSet) return;
+  CHECK(FloatingPointMode::current() == FloatingPointMode::kFlushing);
+}
+#endif

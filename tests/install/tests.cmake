@@ -25,7 +25,7 @@ foreach(way find_package pkg-config)
   add_install_test(${way} "${here}/use.sh" "${PROJECT_BINARY_DIR}" ${way})
 endforeach()
 if(library_type STREQUAL "SHARED_LIBRARY")
-  add_install_test(preload "${here}/use.sh" "${PROJECT_BINARY_DIR}" preload $<TARGET_FILE:stock-program>)
+  add_install_test(preload "${here}/use.sh" "${PROJECT_BINARY_DIR}" preload $<TARGET_FILE:spaces-program>)
   add_install_test(
     symbols "${here}/symbols.sh" $<TARGET_FILE:ode-parallel-sap>
     "${PROJECT_SOURCE_DIR}/space/include/ode_parallel_sap/parallel_sap_space.h"
@@ -49,7 +49,6 @@ if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   return()
 endif()
 
-find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
 if(ODE_PARALLEL_SAP_PYTHON)
   set(conda "${ODE_PARALLEL_SAP_PYTHON}" "${here}/conda.py")
   add_install_test(conda-recipe ${conda} "${PROJECT_SOURCE_DIR}" ${PROJECT_VERSION} "${PROJECT_BINARY_DIR}/CMakeCache.txt")

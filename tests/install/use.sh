@@ -2,7 +2,7 @@
 # use.sh BUILD|PREFIX find_package|pkg-config|preload [PROGRAM]
 #
 # Installs a build to a new prefix, whose path has a space in it, or takes the prefix of a copy that is installed, and
-# uses it from there: builds and runs user.c against it, or runs PROGRAM, stock_program.cpp if none is named, under the
+# uses it from there: builds and runs user.c against it, or runs PROGRAM, spaces_program.cpp if none is named, under the
 # installed preload library. CC and CXX are taken from the environment.
 set -euo pipefail
 build=$1 way=$2
@@ -62,10 +62,10 @@ case $way in
     check_stays "$folder/plug-in.so"
     ;;
   preload)
-    program=${3-$folder/stock-program}
+    program=${3-$folder/spaces-program}
     if [ $# -lt 3 ]; then
       eval "flags=($(pkg-config --cflags --libs ode))"
-      "${CXX:-c++}" "$here/../preload/stock_program.cpp" -o "$program" "${flags[@]}"
+      "${CXX:-c++}" "$here/../preload/spaces_program.cpp" -o "$program" "${flags[@]}"
     fi
     said=$(LD_LIBRARY_PATH=$libdir LD_PRELOAD=libode-parallel-sap-preload.so ODE_PARALLEL_SAP_STATS=1 "$program" 2>&1)
     grep -q '^ode-parallel-sap: 1 quadtree spaces replaced' <<<"$said"

@@ -10,7 +10,6 @@ if(CMAKE_CXX_FLAGS MATCHES "-fsanitize=" OR CMAKE_BUILD_TYPE STREQUAL "Debug")
   message(STATUS "Test of instructions: neither with sanitizers nor in Debug builds")
   return()
 endif()
-find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
 if(ODE_PARALLEL_SAP_PYTHON)
   add_test(NAME instructions COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/count.py"
                                      $<TARGET_FILE:sweep-count>)

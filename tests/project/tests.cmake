@@ -21,6 +21,7 @@ add_project_test(documents "${here}/../documents/documents.sh" "${PROJECT_SOURCE
 add_project_test(format "${here}/../documents/format.sh" "${PROJECT_SOURCE_DIR}")
 if(ODE_PARALLEL_SAP_PYTHON)
   add_project_test(ablation "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/ablation.py" check)
+  add_project_test(tables "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/table.py" --check)
 endif()
 add_project_test(skipped "${here}/skipped.sh" "${PROJECT_SOURCE_DIR}")
 

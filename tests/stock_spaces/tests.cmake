@@ -10,6 +10,5 @@ if(COMMAND add_preload_test)
   add_executable(smallest-programs "${CMAKE_CURRENT_LIST_DIR}/smallest.c")
   target_link_libraries(smallest-programs PRIVATE PkgConfig::ODE_PARALLEL_SAP_LIBODE)
   enable_warnings(smallest-programs)
-  add_preload_test(smallest "${CMAKE_CURRENT_LIST_DIR}/smallest.sh" $<TARGET_FILE:ode-parallel-sap-preload>
-                   $<TARGET_FILE:smallest-programs>)
+  add_script_test(smallest smallest $<TARGET_FILE:smallest-programs>)
 endif()

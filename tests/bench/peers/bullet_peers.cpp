@@ -4,17 +4,13 @@
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 
 #include "../peer.h"
-#include "../round_to_float.h"
+#include "float_boxes.h"
 
 namespace bench {
 namespace {
 
-btVector3 lowOf(const CentredBox& box) {
-  return {floatBelow(box.low(0)), floatBelow(box.low(1)), floatBelow(box.low(2))};
-}
-
-btVector3 highOf(const CentredBox& box) {
-  return {floatAbove(box.high(0)), floatAbove(box.high(1)), floatAbove(box.high(2))};
+btVector3 vector(const float* at) {
+  return {at[0], at[1], at[2]};
 }
 
 class BulletPeer : public Peer {
@@ -29,45 +25,30 @@ class BulletPeer : public Peer {
     }
   }
 
-  void create(const Boxes& boxes) override { move(boxes); }
+  void create(const Boxes& boxes) override { boxes_.create(boxes); }
 
   void enter() override {
-    proxies_.reserve(low_.size());
-    for (std::size_t i = 0; i < low_.size(); ++i) {
-      proxies_.push_back(broad_phase_.createProxy(low_[i], high_[i], BOX_SHAPE_PROXYTYPE,
-                                                  reinterpret_cast<void*>(i), 1, 1, &dispatcher_));
-    }
+    for (const FloatBox& box : boxes_.bounds())
+      proxies_.push_back(
+          broad_phase_.createProxy(vector(box.low), vector(box.high), BOX_SHAPE_PROXYTYPE,
+                                   reinterpret_cast<void*>(proxies_.size()), 1, 1, &dispatcher_));
   }
 
-  void move(const Boxes& boxes) override {
-    low_.resize(boxes.size());
-    high_.resize(boxes.size());
-    moved_.clear();
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-      const btVector3 low = lowOf(boxes[i]), high = highOf(boxes[i]);
-      if (low == low_[i] && high == high_[i]) continue;
-      low_[i] = low;
-      high_[i] = high;
-      moved_.push_back(i);
-    }
-  }
+  void move(const Boxes& boxes) override { boxes_.move(boxes); }
 
-  std::size_t find() override {
-    for (const std::size_t i : moved_)
-      broad_phase_.setAabb(proxies_[i], low_[i], high_[i], &dispatcher_);
-    moved_.clear();
+  // Told what its world would be told of: bodies that are awake.
+  std::size_t find(const PairVisitor* visitor) override {
+    for (const std::size_t i : boxes_.moved())
+      broad_phase_.setAabb(proxies_[i], vector(boxes_.bounds()[i].low),
+                           vector(boxes_.bounds()[i].high), &dispatcher_);
+    boxes_.taken();
     broad_phase_.calculateOverlappingPairs(&dispatcher_);
-    return static_cast<std::size_t>(
-        broad_phase_.getOverlappingPairCache()->getNumOverlappingPairs());
-  }
-
-  void visit(const PairVisitor& visitor) override {
-    find();
     btBroadphasePairArray& pairs =
         broad_phase_.getOverlappingPairCache()->getOverlappingPairArray();
-    for (int i = 0; i < pairs.size(); ++i)
-      visitor(reinterpret_cast<std::size_t>(pairs[i].m_pProxy0->m_clientObject),
-              reinterpret_cast<std::size_t>(pairs[i].m_pProxy1->m_clientObject));
+    for (int i = 0; visitor && i < pairs.size(); ++i)
+      (*visitor)(reinterpret_cast<std::size_t>(pairs[i].m_pProxy0->m_clientObject),
+                 reinterpret_cast<std::size_t>(pairs[i].m_pProxy1->m_clientObject));
+    return static_cast<std::size_t>(pairs.size());
   }
 
  private:
@@ -75,20 +56,14 @@ class BulletPeer : public Peer {
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broad_phase_;
   std::vector<btBroadphaseProxy*> proxies_;
-  std::vector<btVector3> low_, high_;
-  std::vector<std::size_t> moved_;  // what its world would be told of: bodies that are awake
+  FloatBoxes boxes_;
 };
 
-const AddPeers added([](std::vector<PeerKind>& kinds) {
-  PeerKind kind;
-  kind.name = "bullet-dbvt";
-  kind.library = "Bullet " + std::to_string(BT_BULLET_VERSION / 100) + "." +
-                 std::to_string(BT_BULLET_VERSION % 100) + ", float";
-  kind.most = 2000000;
-  kind.superset = "boxes enlarged by a margin, pairs removed some frames late";
-  kind.create = [](int) { return std::make_unique<BulletPeer>(); };
-  kinds.push_back(kind);
-});
+const AddPeer added({"bullet-dbvt",
+                     "Bullet " + std::to_string(BT_BULLET_VERSION / 100) + "." +
+                         std::to_string(BT_BULLET_VERSION % 100) + ", float",
+                     [](int) { return std::make_unique<BulletPeer>(); },
+                     "boxes enlarged by a margin, pairs removed some frames late", false, 2000000});
 
 }  // namespace
 }  // namespace bench

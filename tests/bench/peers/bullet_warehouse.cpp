@@ -4,8 +4,8 @@
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 
-#include "../round_to_float.h"
 #include "../warehouse_peers.h"
+#include "float_boxes.h"
 
 namespace bench {
 namespace {

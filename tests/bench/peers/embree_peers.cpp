@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "../peer.h"
-#include "../round_to_float.h"
+#include "float_boxes.h"
 
 namespace bench {
 namespace {
@@ -35,8 +35,11 @@ void tellCollisions(void* data, RTCCollision* collisions, unsigned count) {
 }
 
 void boundsOf(const RTCBoundsFunctionArguments* arguments) {
-  const auto* bounds = static_cast<const RTCBounds*>(arguments->geometryUserPtr);
-  *arguments->bounds_o = bounds[arguments->primID];
+  const FloatBox& box = static_cast<const FloatBox*>(arguments->geometryUserPtr)[arguments->primID];
+  for (int axis = 0; axis < 3; ++axis) {
+    (&arguments->bounds_o->lower_x)[axis] = box.low[axis];
+    (&arguments->bounds_o->upper_x)[axis] = box.high[axis];
+  }
 }
 
 class EmbreePeer : public Peer {
@@ -51,10 +54,7 @@ class EmbreePeer : public Peer {
     rtcReleaseDevice(device_);
   }
 
-  void create(const Boxes& boxes) override {
-    bounds_.resize(boxes.size());
-    move(boxes);
-  }
+  void create(const Boxes& boxes) override { boxes_.create(boxes); }
 
   void enter() override {
     scene_ = rtcNewScene(device_);
@@ -62,63 +62,46 @@ class EmbreePeer : public Peer {
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
     geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryBuildQuality(geometry_, quality_);
-    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(bounds_.size()));
-    rtcSetGeometryUserData(geometry_, bounds_.data());
+    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(boxes_.bounds().size()));
+    rtcSetGeometryUserData(geometry_, const_cast<FloatBox*>(boxes_.bounds().data()));
     rtcSetGeometryBoundsFunction(geometry_, boundsOf, nullptr);
     rtcCommitGeometry(geometry_);
     rtcAttachGeometry(scene_, geometry_);
     rtcCommitScene(scene_);
   }
 
-  void move(const Boxes& boxes) override {
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-      for (int axis = 0; axis < 3; ++axis) {
-        (&bounds_[i].lower_x)[axis] = floatBelow(boxes[i].low(axis));
-        (&bounds_[i].upper_x)[axis] = floatAbove(boxes[i].high(axis));
-      }
-  }
+  void move(const Boxes& boxes) override { boxes_.move(boxes); }
 
-  std::size_t find() override {
-    std::atomic<std::size_t> pairs{0};
-    collide(countCollisions, &pairs);
-    return pairs;
-  }
-
-  void visit(const PairVisitor& visitor) override {
-    Teller teller{{}, &visitor};
-    collide(tellCollisions, &teller);
-  }
-
- private:
-  void collide(RTCCollideFunc report, void* data) {
+  std::size_t find(const PairVisitor* visitor) override {
     rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(geometry_);
     rtcCommitScene(scene_);
-    rtcCollide(scene_, scene_, report, data);
+    std::atomic<std::size_t> pairs{0};
+    Teller teller{{}, visitor};
+    if (visitor)
+      rtcCollide(scene_, scene_, tellCollisions, &teller);
+    else
+      rtcCollide(scene_, scene_, countCollisions, &pairs);
+    return pairs;
   }
 
+ private:
   const RTCBuildQuality quality_;
   const RTCDevice device_;
   RTCScene scene_ = nullptr;
   RTCGeometry geometry_ = nullptr;
-  std::vector<RTCBounds> bounds_;
+  FloatBoxes boxes_;
 };
 
 template <RTCBuildQuality quality>
 PeerKind kind(const char* name) {
-  PeerKind kind;
-  kind.name = name;
-  kind.library = "Embree " RTC_VERSION_STRING;
-  kind.takes_threads = true;
-  kind.superset = "float bounds";
-  kind.create = [](int threads) { return std::make_unique<EmbreePeer>(threads, quality); };
-  return kind;
+  return {name, "Embree " RTC_VERSION_STRING,
+          [](int threads) { return std::make_unique<EmbreePeer>(threads, quality); },
+          "float bounds", true};
 }
 
-const AddPeers added([](std::vector<PeerKind>& kinds) {
-  kinds.push_back(kind<RTC_BUILD_QUALITY_LOW>("embree"));
-  kinds.push_back(kind<RTC_BUILD_QUALITY_MEDIUM>("embree-default"));
-});
+const AddPeer low(kind<RTC_BUILD_QUALITY_LOW>("embree"));
+const AddPeer medium(kind<RTC_BUILD_QUALITY_MEDIUM>("embree-default"));
 
 }  // namespace
 }  // namespace bench

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "../round_to_float.h"
 #include "../warehouse_peers.h"
+#include "float_boxes.h"
 
 namespace bench {
 namespace {

@@ -53,38 +53,26 @@ class FclPeer : public Peer {
     }
   }
 
-  std::size_t find() override {
+  std::size_t find(const PairVisitor* visitor) override {
+    for (const auto& object : objects_) object->computeAABB();
+    manager_.update();
     std::size_t pairs = 0;
-    update();
-    manager_.collide(&pairs, count);
+    if (visitor)
+      manager_.collide(const_cast<PairVisitor*>(visitor), tell);
+    else
+      manager_.collide(&pairs, count);
     return pairs;
   }
 
-  void visit(const PairVisitor& visitor) override {
-    update();
-    manager_.collide(const_cast<PairVisitor*>(&visitor), tell);
-  }
-
  private:
-  void update() {
-    for (const auto& object : objects_) object->computeAABB();
-    manager_.update();
-  }
-
   std::vector<std::shared_ptr<fcl::Boxd>> shapes_;
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;
   std::vector<fcl::CollisionObjectd*> pointers_;
   fcl::DynamicAABBTreeCollisionManagerd manager_;
 };
 
-const AddPeers added([](std::vector<PeerKind>& kinds) {
-  PeerKind kind;
-  kind.name = "fcl-tree";
-  kind.library = "FCL " FCL_VERSION;
-  kind.most = 2000000;
-  kind.create = [](int) { return std::make_unique<FclPeer>(); };
-  kinds.push_back(kind);
-});
+const AddPeer added({"fcl-tree", "FCL " FCL_VERSION,
+                     [](int) { return std::make_unique<FclPeer>(); }, "", false, 2000000});
 
 }  // namespace
 }  // namespace bench

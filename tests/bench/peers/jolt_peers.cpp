@@ -17,8 +17,7 @@
 #include <mutex>
 
 #include "../peer.h"
-#include "../round_to_float.h"
-#include "moved_boxes.h"
+#include "float_boxes.h"
 
 namespace bench {
 namespace {
@@ -34,30 +33,18 @@ void initialise() {
   static_cast<void>(done);
 }
 
-JPH::AABox boundsOf(const CentredBox& box) {
-  return JPH::AABox(
-      JPH::Vec3(floatBelow(box.low(0)), floatBelow(box.low(1)), floatBelow(box.low(2))),
-      JPH::Vec3(floatAbove(box.high(0)), floatAbove(box.high(1)), floatAbove(box.high(2))));
-}
-
 // As many bodies at a time as PhysicsSystem takes (its cActiveBodiesBatchSize).
 constexpr int batch = 16;
 
-class Counter : public JPH::BodyPairCollector {
- public:
-  void AddHit(const JPH::BodyPair&) override { ++count; }
-  std::size_t count = 0;
-};
-
-class Teller : public JPH::BodyPairCollector {
- public:
-  explicit Teller(const PairVisitor& visitor) : visitor_(visitor) {}
+// Counts pairs, and hands them on if there is a visitor.
+struct Collector : JPH::BodyPairCollector {
+  explicit Collector(const PairVisitor* its_visitor) : visitor(its_visitor) {}
   void AddHit(const JPH::BodyPair& pair) override {
-    visitor_(pair.mBodyA.GetIndex(), pair.mBodyB.GetIndex());
+    ++count;
+    if (visitor) (*visitor)(pair.mBodyA.GetIndex(), pair.mBodyB.GetIndex());
   }
-
- private:
-  const PairVisitor& visitor_;
+  const PairVisitor* const visitor;
+  std::size_t count = 0;
 };
 
 // All bodies are of one layer, and may collide.
@@ -115,38 +102,10 @@ class JoltPeer : public Peer {
     bodies_.ActivateBodies(moved_.data(), static_cast<int>(moved_.size()));
   }
 
-  std::size_t find() override {
+  // The part of PhysicsSystem::Update that concerns the broad phase.
+  std::size_t find(const PairVisitor* visitor) override {
+    std::mutex mutex;  // of the visitor
     std::atomic<std::size_t> pairs{0};
-    collide([&](JPH::BodyID* batch_of, int count) {
-      Counter counter;
-      findPairs(batch_of, count, counter);
-      pairs.fetch_add(counter.count, std::memory_order_relaxed);
-    });
-    return pairs;
-  }
-
-  void visit(const PairVisitor& visitor) override {
-    std::mutex mutex;
-    collide([&](JPH::BodyID* batch_of, int count) {
-      const std::lock_guard<std::mutex> lock(mutex);
-      Teller teller(visitor);
-      findPairs(batch_of, count, teller);
-    });
-  }
-
- private:
-  // A body has the bounds of its shape; here it is handed finished ones, as every library is.
-  void setBounds(std::size_t number, JPH::Body* body) {
-    const_cast<JPH::AABox&>(body->GetWorldSpaceBounds()) = boxes_.bounds()[number];
-  }
-
-  void findPairs(JPH::BodyID* ids, int count, JPH::BodyPairCollector& collector) const {
-    tree_->FindCollidingPairs(ids, count, 0, layers_.objects, layers_.pairs, collector);
-  }
-
-  // The part of PhysicsSystem::Update that concerns the broad phase, with `task` for each batch.
-  template <class Task>
-  void collide(Task task) {
     tree_->FrameSync();
     tree_->LockModifications();
     notify();
@@ -162,11 +121,25 @@ class JoltPeer : public Peer {
         JPH::BodyID ids[batch];
         const int some = std::min(batch, count - first);
         std::copy_n(active + first, some, ids);
-        task(ids, some);
+        std::unique_lock<std::mutex> lock(mutex, std::defer_lock);
+        if (visitor) lock.lock();
+        Collector collector(visitor);
+        tree_->FindCollidingPairs(ids, some, 0, layers_.objects, layers_.pairs, collector);
+        pairs.fetch_add(collector.count, std::memory_order_relaxed);
       }
     }
     tree_->UpdateFinalize(state);
     tree_->UnlockModifications();
+    return pairs;
+  }
+
+ private:
+  // A body has the bounds of its shape; here it is handed finished ones, as every library is.
+  void setBounds(std::size_t number, JPH::Body* body) {
+    const FloatBox& box = boxes_.bounds()[number];
+    const_cast<JPH::AABox&>(body->GetWorldSpaceBounds()) =
+        JPH::AABox(JPH::Vec3(box.low[0], box.low[1], box.low[2]),
+                   JPH::Vec3(box.high[0], box.high[1], box.high[2]));
   }
 
   void notify() {
@@ -180,32 +153,27 @@ class JoltPeer : public Peer {
   const int threads_;
   const bool sleeps_;
   Layers layers_;
-  MovedBoxes<JPH::AABox> boxes_{boundsOf};
+  FloatBoxes boxes_;
   JPH::BodyManager bodies_;
   std::unique_ptr<JPH::BroadPhaseQuadTree> tree_;
   std::vector<JPH::BodyID> ids_, moved_;
 };
 
 PeerKind kind(const char* name, bool sleeps) {
-  PeerKind kind;
-  kind.name = name;
-  kind.library = "Jolt " + std::to_string(JPH_VERSION_MAJOR) + "." +
-                 std::to_string(JPH_VERSION_MINOR) + "." + std::to_string(JPH_VERSION_PATCH) +
-                 ", float";
-  kind.takes_threads = true;
-  kind.superset = "float bounds";
+  PeerKind kind = {name,
+                   "Jolt " + std::to_string(JPH_VERSION_MAJOR) + "." +
+                       std::to_string(JPH_VERSION_MINOR) + "." + std::to_string(JPH_VERSION_PATCH) +
+                       ", float",
+                   [sleeps](int threads) {
+                     initialise();
+                     return std::make_unique<JoltPeer>(threads, sleeps);
+                   },
+                   "float bounds", true};
   kind.leaves_out_rest = sleeps;
-  kind.create = [sleeps](int threads) {
-    initialise();
-    return std::make_unique<JoltPeer>(threads, sleeps);
-  };
   return kind;
 }
 
-const AddPeers added([](std::vector<PeerKind>& kinds) {
-  kinds.push_back(kind("jolt", false));
-  kinds.push_back(kind("jolt-asleep", true));
-});
+const AddPeer awake(kind("jolt", false)), asleep(kind("jolt-asleep", true));
 
 }  // namespace
 }  // namespace bench

@@ -6,15 +6,14 @@
 #include <stdexcept>
 
 #include "../peer.h"
-#include "../round_to_float.h"
 #include "extensions/PxDefaultAllocator.h"
 #include "extensions/PxDefaultCpuDispatcher.h"
+#include "float_boxes.h"
 #include "foundation/PxErrorCallback.h"
 #include "foundation/PxFoundation.h"
 #include "foundation/PxPhysicsVersion.h"
 #include "foundation/PxSync.h"
 #include "known_pairs.h"
-#include "moved_boxes.h"
 #include "task/PxTask.h"
 
 namespace bench {
@@ -62,12 +61,6 @@ class LastTask : public PxLightCpuTask {
   PxSync done_;
 };
 
-PxBounds3 boundsOf(const CentredBox& box) {
-  return PxBounds3(
-      PxVec3(floatBelow(box.low(0)), floatBelow(box.low(1)), floatBelow(box.low(2))),
-      PxVec3(floatAbove(box.high(0)), floatAbove(box.high(1)), floatAbove(box.high(2))));
-}
-
 class PhysXPeer : public Peer {
  public:
   PhysXPeer(PxBroadPhaseType::Enum type, int threads) : type_(type), filter_(false, false) {
@@ -79,7 +72,7 @@ class PhysXPeer : public Peer {
   void create(const Boxes& boxes) override { boxes_.create(boxes); }
 
   void enter() override {
-    const PxU32 count = static_cast<PxU32>(boxes_.size());
+    const PxU32 count = static_cast<PxU32>(boxes_.bounds().size());
     broad_phase_.reset(Bp::BroadPhase::create(type_, 256, 0, 0, 0, 0));
     for (PxU32 i = 0; i < count; ++i) {
       groups_.push_back(Bp::getFilterGroup_Dynamics(i, false));
@@ -89,33 +82,26 @@ class PhysXPeer : public Peer {
     update(all_, {});
   }
 
-  void move(const Boxes& boxes) override {
-    settle();
-    boxes_.move(boxes);
-  }
+  void move(const Boxes& boxes) override { boxes_.move(boxes); }
 
-  std::size_t find() override {
-    settle();
+  std::size_t find(const PairVisitor* visitor) override {
     broad_phase_->freeBuffers();
     update({}, boxes_.moved());
     boxes_.taken();
-    return pairs_;
-  }
-
-  void visit(const PairVisitor& visitor) override {
-    find();
-    settle();
-    known_.tellAll(visitor);
+    if (visitor) known_.tellAll(*visitor);
+    return known_.count();
   }
 
  private:
   using Handles = std::vector<Bp::ShapeHandle>;
 
   void update(const Handles& created, const Handles& moved) {
+    static_assert(sizeof(PxBounds3) == sizeof(FloatBox), "both are six floats");
     const Bp::BroadPhaseUpdateData data(created.data(), static_cast<PxU32>(created.size()),
                                         moved.data(), static_cast<PxU32>(moved.size()), nullptr, 0,
-                                        boxes_.bounds().data(), groups_.data(), distances_.data(),
-                                        static_cast<PxU32>(boxes_.size()), filter_, true, true);
+                                        reinterpret_cast<const PxBounds3*>(boxes_.bounds().data()),
+                                        groups_.data(), distances_.data(),
+                                        static_cast<PxU32>(groups_.size()), filter_, true, true);
     broad_phase_->preBroadPhase(data);
     if (tasks_) {
       last_.setContinuation(*tasks_, nullptr);
@@ -127,23 +113,11 @@ class PhysXPeer : public Peer {
     }
     broad_phase_->fetchBroadPhaseResults();
     PxU32 begun, ended;
-    broad_phase_->getCreatedPairs(begun);
-    broad_phase_->getDeletedPairs(ended);
-    pairs_ += begun;
-    pairs_ -= ended;
-    has_results_ = true;
-  }
-
-  // What is done with the last update's results when no clock runs.
-  void settle() {
-    if (!has_results_) return;
-    has_results_ = false;
-    PxU32 begun, ended;
-    const Bp::BroadPhasePair* const created = broad_phase_->getCreatedPairs(begun);
-    const Bp::BroadPhasePair* const deleted = broad_phase_->getDeletedPairs(ended);
-    if (!known_.isKept()) return;
-    for (PxU32 i = 0; i < ended; ++i) known_.end(deleted[i].mVolA, deleted[i].mVolB);
-    for (PxU32 i = 0; i < begun; ++i) known_.begin(created[i].mVolA, created[i].mVolB);
+    const Bp::BroadPhasePair* const created_pairs = broad_phase_->getCreatedPairs(begun);
+    const Bp::BroadPhasePair* const deleted_pairs = broad_phase_->getDeletedPairs(ended);
+    known_.follow(created_pairs, begun, deleted_pairs, ended, [](const Bp::BroadPhasePair& pair) {
+      return std::pair<std::size_t, std::size_t>(pair.mVolA, pair.mVolB);
+    });
   }
 
   const PxBroadPhaseType::Enum type_;
@@ -153,39 +127,28 @@ class PhysXPeer : public Peer {
   LastTask last_;
   PxcScratchAllocator scratch_;
   Owned<Bp::BroadPhase> broad_phase_;
-  MovedBoxes<PxBounds3> boxes_{boundsOf};
+  FloatBoxes boxes_;
   std::vector<Bp::FilterGroup::Enum> groups_;
   std::vector<float> distances_;
   Handles all_;
-  std::size_t pairs_ = 0;
-  bool has_results_ = false;
   KnownPairs known_;
 };
 
-struct Choice {
-  const char* name;
-  PxBroadPhaseType::Enum type;
-};
+PeerKind kind(const char* name, PxBroadPhaseType::Enum type) {
+  return {name,
+          "PhysX " + std::to_string(PX_PHYSICS_VERSION_MAJOR) + "." +
+              std::to_string(PX_PHYSICS_VERSION_MINOR) + "." +
+              std::to_string(PX_PHYSICS_VERSION_BUGFIX) + ", float",
+          [type](int threads) {
+            errors();
+            return std::make_unique<PhysXPeer>(type, threads);
+          },
+          "float bounds", type == PxBroadPhaseType::ePABP};
+}
 
-const AddPeers added([](std::vector<PeerKind>& kinds) {
-  constexpr Choice choices[] = {{"physx-abp", PxBroadPhaseType::eABP},
-                                {"physx-pabp", PxBroadPhaseType::ePABP},
-                                {"physx-sap", PxBroadPhaseType::eSAP}};
-  for (const Choice& choice : choices) {
-    PeerKind kind;
-    kind.name = choice.name;
-    kind.library = "PhysX " + std::to_string(PX_PHYSICS_VERSION_MAJOR) + "." +
-                   std::to_string(PX_PHYSICS_VERSION_MINOR) + "." +
-                   std::to_string(PX_PHYSICS_VERSION_BUGFIX) + ", float";
-    kind.takes_threads = choice.type == PxBroadPhaseType::ePABP;
-    kind.superset = "float bounds";
-    kind.create = [choice](int threads) {
-      errors();
-      return std::make_unique<PhysXPeer>(choice.type, threads);
-    };
-    kinds.push_back(kind);
-  }
-});
+const AddPeer abp(kind("physx-abp", PxBroadPhaseType::eABP)),
+    pabp(kind("physx-pabp", PxBroadPhaseType::ePABP)),
+    sap(kind("physx-sap", PxBroadPhaseType::eSAP));
 
 }  // namespace
 }  // namespace bench
