@@ -12,10 +12,10 @@ namespace ode_parallel_sap {
 
 namespace {
 
-constexpr int most_places = 1000;      // fixed: of a step, as the header says
-constexpr int halvings = 4;            // fixed: of the way between two places
-constexpr int most_walls = 3;          // fixed: that meet in a corner
-constexpr dReal deep = dReal(1) / 32;  // sides; faces touch there, and not only a corner
+constexpr int most_places = 1000;        // fixed: of a step, as the header says
+constexpr int halvings = 4;              // fixed: of the way between two places
+constexpr int most_walls = 3;            // fixed: that meet in a corner
+constexpr dReal deeper = dReal(1) / 32;  // sides; to where faces touch, and not only a corner
 
 constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
 
@@ -23,7 +23,7 @@ constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
 // geom is moved, so that the space, which may be locked, learns of nothing.
 class Traveller {
  public:
-  Traveller(dxGeom* geom, dReal step) : geom_(geom) {
+  Traveller(dxGeom* geom, dReal step) : geom_(geom), step_(step) {
     if (!geom->body) return;
     dBodyCopyPosition(geom->body, centre_);
     if (!dBodyIsEnabled(geom->body)) return;
@@ -73,6 +73,13 @@ class Traveller {
     dAddVectors3(move, move, shift_);
     return dCalcVectorDot3(move, direction);
   }
+  // By which gravity changes its shift.
+  dReal fall() const {
+    if (!home_ || !dBodyGetGravityMode(geom_->body)) return 0;
+    dVector3 gravity;
+    dWorldGetGravity(dBodyGetWorld(geom_->body), gravity);
+    return dCalcVectorLength3(gravity) * step_ * step_;
+  }
   void shiftMore(dReal by, const dReal* direction) {
     for (int i = 0; i < 3; ++i) shift_[i] += by * direction[i];
   }
@@ -99,6 +106,7 @@ class Traveller {
   }
 
   dxGeom* const geom_;
+  const dReal step_;
   dxPosR* home_ = nullptr;  // of one that moves
   dxPosR away_;
   dVector3 centre_ = {0, 0, 0, 0}, shift_ = {0, 0, 0, 0}, turn_ = {0, 0, 0, 0};
@@ -168,16 +176,15 @@ class SweptPair {
         flags_(flags),
         contacts_(contacts),
         skip_(skip),
-        smallest_(std::min(one_.smallest(), other_.smallest())) {}
+        smallest_(std::min(one_.smallest(), other_.smallest())),
+        least_(std::min(4 * std::max(one_.fall(), other_.fall()), deeper * smallest_)) {}
 
   // Returns their number.
   int collide() {
     const auto all = [](const dContactGeom&) { return true; };
     touching_ = collideAt(0, 0, all);
-    const dReal way = length();
-    if (!(2 * way > smallest_ && way < infinity)) return touching_;
     int count = strike(0);
-    if (count == 0) return collideAt(0, 0, all);
+    if (count == 0) return isFast() ? collideAt(0, 0, all) : touching_;
     // From the first wall of a mesh on along it, since others are in no other pair.
     for (int walls = 1, first = 0; walls < most_walls && slideAlong(contactAt(first)); ++walls) {
       first = count;
@@ -213,6 +220,10 @@ class SweptPair {
     relativeShift(shift);
     return dCalcVectorLength3(shift) + one_.turned() + other_.turned();
   }
+  bool isFast() const {
+    const dReal way = length();
+    return 2 * way > smallest_ && way < infinity;
+  }
   // How far the two come apart along a contact's normal: by their shifts alone, and in all.
   dReal shiftsApart(const dContactGeom& contact) const {
     dVector3 shift;
@@ -226,14 +237,14 @@ class SweptPair {
     return one_.moveAlong(contact.normal, arms[0]) - other_.moveAlong(contact.normal, arms[1]);
   }
   bool isSlow(const dContactGeom& contact) const { return -2 * comesApart(contact) <= smallest_; }
-  // A ball that rolls touches the edges of tiles ahead, but gets no deeper: the next step deals
-  // with them. The floor on which it rolls may be one mesh with the wall ahead.
+  // The floor on which a body rolls may be one mesh with the wall ahead.
   bool strikes(const dContactGeom& contact) const {
-    return contact.depth > deep * smallest_ && !(touching_ && isSlow(contact));
+    return contact.depth > least_ && !(touching_ && isSlow(contact));
   }
 
   // Adds the contacts where they first strike each other on their way.
   int strike(int first) {
+    if (!isFast()) return first;
     const auto does = [this](const dContactGeom& contact) { return strikes(contact); };
     const dReal wanted = std::ceil(4 * length() / smallest_);
     const int places = static_cast<int>(std::min(wanted, dReal(most_places)));
@@ -246,7 +257,12 @@ class SweptPair {
       const dReal middle = (apart + part) / 2;
       (collideAt(middle, first, does) > first ? part : apart) = middle;
     }
-    count = collideAt(part, first, does);
+    const dReal further = part + deeper * smallest_ / length();
+    count = collideAt(further, first, does);
+    if (count > first)
+      part = further;
+    else
+      count = collideAt(part, first, does);
     for (int i = first; i < count; ++i) {
       foretell(part, contactAt(i));
       if (place > 0) contactAt(i).depth = std::min(contactAt(i).depth, dReal(0));
@@ -278,6 +294,7 @@ class SweptPair {
     if (one_.answers() == other_.answers()) return false;
     const dReal too_far = contact.depth - shiftsApart(contact);
     if (!(too_far > 0 && -2 * shiftsApart(contact) > smallest_)) return false;
+    least_ = deeper * smallest_;  // at the wall
     one_.answers() ? one_.shiftMore(too_far, contact.normal)
                    : other_.shiftMore(-too_far, contact.normal);
     return true;
@@ -289,7 +306,10 @@ class SweptPair {
   dContactGeom* const contacts_;
   const int skip_;
   const dReal smallest_;  // side of one that moves
-  int touching_ = 0;      // contacts at the beginning
+  // A ball that rolls sinks by this between steps. So it touches the edges of tiles ahead, with
+  // which the next steps deal.
+  dReal least_;
+  int touching_ = 0;  // contacts at the beginning
 };
 
 }  // namespace
