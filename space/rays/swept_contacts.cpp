@@ -14,6 +14,7 @@ namespace {
 
 constexpr int most_places = 1000;        // fixed: of a step, as the header says
 constexpr int halvings = 4;              // fixed: of the way between two places
+constexpr int most_seen = 32;            // fixed: contacts of a place
 constexpr int most_walls = 3;            // fixed: that meet in a corner
 constexpr dReal deeper = dReal(1) / 32;  // sides; to where faces touch, and not only a corner
 
@@ -181,10 +182,9 @@ class SweptPair {
 
   // Returns their number.
   int collide() {
-    const auto all = [](const dContactGeom&) { return true; };
-    touching_ = collideAt(0, 0, all);
+    touching_ = collideNow();
     int count = strike(0);
-    if (count == 0) return isFast() ? collideAt(0, 0, all) : touching_;
+    if (count == 0) return isFast() ? collideNow() : touching_;
     // From the first wall of a mesh on along it, since others are in no other pair.
     for (int walls = 1, first = 0; walls < most_walls && slideAlong(contactAt(first)); ++walls) {
       first = count;
@@ -200,16 +200,22 @@ class SweptPair {
   dContactGeom& contactAt(int i) const {
     return *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts_) + i * skip_);
   }
-  // Adds those contacts for which isOne() to the first ones, as far as there is room.
-  template <class IsOne>
-  int collideAt(dReal part, int first, const IsOne& isOne) {
-    if (first >= (flags_ & NUMC_MASK)) return first;
+  // Those of dCollide there.
+  int collideAt(dReal part, int flags, dContactGeom* contacts, int skip) {
     one_.advance(part);
     other_.advance(part);
-    const int end = first + collideInTurn(a_, b_, flags_ - first, &contactAt(first), skip_);
+    return collideInTurn(a_, b_, flags, contacts, skip);
+  }
+  int collideNow() { return collideAt(0, flags_, contacts_, skip_); }
+  // Adds those for which isOne() to the first ones, as far as there is room. It sees more than have
+  // room: floors come first.
+  template <class IsOne>
+  int collideAt(dReal part, int first, const IsOne& isOne) {
+    dContactGeom seen[most_seen];
+    const int number = collideAt(part, (flags_ & ~NUMC_MASK) | most_seen, seen, sizeof *seen);
     int count = first;
-    for (int i = first; i < end; ++i)
-      if (isOne(contactAt(i))) contactAt(count++) = contactAt(i);
+    for (int i = 0; i < number && count < (flags_ & NUMC_MASK); ++i)
+      if (isOne(seen[i])) contactAt(count++) = seen[i];
     return count;
   }
 
