@@ -43,9 +43,18 @@ double lengthOf(const LastGeoms::Box& motion) {
   return std::sqrt(std::max(squares[0], squares[1]));
 }
 
+// Whether its body's velocity led it this way, as no teleport does but by chance.
+bool isLed(const dxGeom* geom, const dReal* way) {
+  if (!geom->body) return false;
+  const dReal* const velocity = dBodyGetLinearVel(geom->body);
+  return dCalcVectorDot3(velocity, way) >
+         dReal(0.99) * dCalcVectorLength3(velocity) * dCalcVectorLength3(way);
+}
+
 }  // namespace
 
 const LastGeoms::Geom* LastGeoms::find(const dxGeom* geom) {
+  if (gone_.count(geom)) return nullptr;
   if (next_ < last_.size() && last_[next_].geom == geom) return &last_[next_++];
   if (places_.empty())
     for (std::size_t place = 0; place < last_.size(); ++place) places_[last_[place].geom] = place;
@@ -72,6 +81,7 @@ void Facts::endFrame(dxSpace* space, bool any_moved) try {
     facts_[far_away].now = facts_[invalid].now = 0;
     last_.begin();
     seeSpace(space, !parallelSAPSpace(space)->settings().rules.skip_static);
+    last_.end();
   }
   for (Fact& fact : facts_) {
     fact.frames += fact.now > 0;
@@ -81,9 +91,12 @@ void Facts::endFrame(dxSpace* space, bool any_moved) try {
   last_ = LastGeoms();
 }
 
+void Facts::forget(const dxGeom* geom) try { last_.forget(geom); } catch (const std::bad_alloc&) {
+  last_ = LastGeoms();
+}
+
 void Facts::seeSpace(dxSpace* space, bool of_space) {
   const ParallelSAPSpace* const own = parallelSAPSpace(space);
-  const Kind kind = own && own->sweptBounds() > 0 ? swept : fast;
   for (dxGeom* geom = space->first; geom; geom = geom->next) {
     counts_[geoms] += of_space;
     // What a callback moved or put there is new in the next frame.
@@ -93,15 +106,16 @@ void Facts::seeSpace(dxSpace* space, bool of_space) {
     else if (hasNaN(geom))
       note(invalid, geom, 0);
     else if (isPlain(geom))
-      counts_[statics] += seeGeom(geom, kind) && of_space && !geom->body;
+      counts_[statics] += seeGeom(geom, own ? own->sweptBounds() : 0) && of_space && !geom->body;
   }
 }
 
 // Whether it has stood still, as far as that is known.
-bool Facts::seeGeom(dxGeom* geom, Kind kind) {
+bool Facts::seeGeom(dxGeom* geom, dReal step) {
   const LastGeoms::Geom* const before = last_.find(geom);
-  LastGeoms::Geom now = before ? *before : LastGeoms::Geom{geom, {}, {}, 0, 0};
+  LastGeoms::Geom now = before ? *before : LastGeoms::Geom{geom, {}, {}, {}, 0, 0, 0};
   std::copy_n(geom->aabb, 6, now.box.begin());
+  if (geom->final_posr) std::copy_n(dGeomGetPosition(geom), 3, now.place);
   const bool is_still = !before || now.box == before->box;
   if (!before || !is_still) {
     const double side = static_cast<double>(smallestSide(geom));
@@ -109,21 +123,35 @@ bool Facts::seeGeom(dxGeom* geom, Kind kind) {
     dReal farthest = 0;
     for (const dReal bound : now.box) farthest = std::max(farthest, std::fabs(bound));
     now.coarse = static_cast<double>(farthest * std::numeric_limits<dReal>::epsilon()) / side;
-    if (before) {
-      dReal along = 0;
-      for (std::size_t i = 0; i < 6; ++i) {
-        now.motion[i] = now.box[i] - before->box[i];
-        along += now.motion[i] * before->motion[i];
-      }
-      now.moved = lengthOf(now.motion) / side;
-      // Twice in a row and the same way: what is put elsewhere passes nothing.
-      const double least = std::min(now.moved, before->moved);
-      if (along > 0 && least > most_moved) note(kind, geom, least);
-    }
+    if (before) seeMotion(*before, step, side, now);
   }
   if (now.coarse > most_coarse) note(far_away, geom, now.coarse);
   last_.add(now);
   return is_still;
+}
+
+// Notes a motion on which the geom may pass through others. What is put elsewhere passes nothing:
+// a geom that its body's velocity does not lead moves twice in a row and the same way.
+void Facts::seeMotion(const LastGeoms::Geom& before, dReal step, double side,
+                      LastGeoms::Geom& now) {
+  dVector3 way;
+  dSubtractVectors3(way, now.place, before.place);
+  const double length = static_cast<double>(dCalcVectorLength3(way)) / side;
+  dReal along = 0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    now.motion[i] = now.box[i] - before.box[i];
+    along += now.motion[i] * before.motion[i];
+  }
+  now.moved = lengthOf(now.motion) / side;
+  now.frame = counts_[frames];
+  const dBodyID body = now.geom->body;
+  if (length > most_moved && isLed(now.geom, way)) {
+    const dReal swept_way = dCalcVectorLength3(dBodyGetLinearVel(body)) * step;
+    note(static_cast<double>(swept_way) < 0.99 * length * side ? fast : swept, now.geom, length);
+  } else if (!(body && step > 0) && along > 0 && before.frame + 1 == now.frame) {
+    const double least = std::min(now.moved, before.moved);
+    if (least > most_moved) note(fast, now.geom, least);
+  }
 }
 
 void Facts::note(Kind kind, const dxGeom* geom, double measure) {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "space/geoms/space_observer.h"
@@ -20,10 +21,12 @@ class LastGeoms {
   using Box = std::array<dReal, 6>;
   struct Geom {
     const dxGeom* geom;
+    dVector3 place;
     Box box;
-    Box motion;     // of the box's sides when it last moved
-    double moved;   // then, in the geom's smallest sides
-    double coarse;  // a step of dReal at its place, likewise
+    Box motion;                // of the box's sides when it last moved
+    unsigned long long frame;  // then
+    double moved;              // then, in the geom's smallest sides
+    double coarse;             // a step of dReal at its place, likewise
   };
 
   void begin() {
@@ -32,6 +35,9 @@ class LastGeoms {
     places_.clear();
     next_ = 0;
   }
+  void end() { gone_.clear(); }
+  // Its address may be another geom's in the next frame.
+  void forget(const dxGeom* geom) { gone_.insert(geom); }
   // What a geom was; null if it is new.
   const Geom* find(const dxGeom* geom);
   void add(const Geom& geom) { now_.push_back(geom); }
@@ -40,6 +46,7 @@ class LastGeoms {
   std::vector<Geom> now_, last_;
   std::size_t next_ = 0;                                   // in last_
   std::unordered_map<const dxGeom*, std::size_t> places_;  // in last_, once the order differs
+  std::unordered_set<const dxGeom*> gone_;
 };
 
 // Counts the pairs of one frame in `interval`, and sees all geoms after each frame before which any
@@ -49,6 +56,7 @@ class Facts final : public SpaceObserver {
   bool isDue() override { return counts_[frames] % interval == 0; }
   void see(dGeomID a, dGeomID b) override;
   void endFrame(dxSpace* space, bool any_moved) override;
+  void forget(const dxGeom* geom) override;
   std::vector<std::string> lines(const FrameTimes& frame) const override;
 
   // Adds what another space's has seen.
@@ -66,7 +74,8 @@ class Facts final : public SpaceObserver {
   };
 
   void seeSpace(dxSpace* space, bool of_space);
-  bool seeGeom(dxGeom* geom, Kind kind);
+  bool seeGeom(dxGeom* geom, dReal step);
+  void seeMotion(const LastGeoms::Geom& before, dReal step, double side, LastGeoms::Geom& now);
   void note(Kind kind, const dxGeom* geom, double measure);
 
   LastGeoms last_;
