@@ -36,7 +36,7 @@ bool isKeptAwake(dBodyID body, dBodyID other) {
 }
 
 // Of the corners with all lower and all upper bounds, the one that moved farther.
-double lengthOf(const LastGeoms::Box& motion) {
+double lengthOf(const LastGeom::Box& motion) {
   double squares[2] = {0, 0};
   for (std::size_t i = 0; i < 6; ++i)
     squares[i % 2] += static_cast<double>(motion[i]) * static_cast<double>(motion[i]);
@@ -53,17 +53,6 @@ bool isLed(const dxGeom* geom, const dReal* way) {
 
 }  // namespace
 
-const LastGeoms::Geom* LastGeoms::find(const dxGeom* geom) {
-  if (gone_.count(geom)) return nullptr;
-  if (next_ < last_.size() && last_[next_].geom == geom) return &last_[next_++];
-  if (places_.empty())
-    for (std::size_t place = 0; place < last_.size(); ++place) places_[last_[place].geom] = place;
-  const auto found = places_.find(geom);
-  if (found == places_.end()) return nullptr;
-  next_ = found->second + 1;
-  return &last_[found->second];
-}
-
 void Facts::see(dGeomID a, dGeomID b) {
   const ScopedMode mode(exactMode());
   ++counts_[pairs];
@@ -79,20 +68,16 @@ void Facts::endFrame(dxSpace* space, bool any_moved) try {
   if (any_moved) {
     const ScopedMode mode(exactMode());
     facts_[far_away].now = facts_[invalid].now = 0;
-    last_.begin();
+    ++moving_frame_;
     seeSpace(space, !parallelSAPSpace(space)->settings().rules.skip_static);
-    last_.end();
   }
+  all_stood_ = !any_moved;
   for (Fact& fact : facts_) {
     fact.frames += fact.now > 0;
     fact.most = std::max(fact.most, fact.now);
   }
 } catch (const std::bad_alloc&) {  // then it begins anew
-  last_ = LastGeoms();
-}
-
-void Facts::forget(const dxGeom* geom) try { last_.forget(geom); } catch (const std::bad_alloc&) {
-  last_ = LastGeoms();
+  last_.clear();
 }
 
 void Facts::seeSpace(dxSpace* space, bool of_space) {
@@ -112,28 +97,31 @@ void Facts::seeSpace(dxSpace* space, bool of_space) {
 
 // Whether it has stood still, as far as that is known.
 bool Facts::seeGeom(dxGeom* geom, dReal step) {
-  const LastGeoms::Geom* const before = last_.find(geom);
-  LastGeoms::Geom now = before ? *before : LastGeoms::Geom{geom, {}, {}, {}, 0, 0, 0};
+  LastGeom& now = last_[geom];
+  const LastGeom before = now;
+  const bool is_new = before.moving_frame + 1 != moving_frame_;
+  now.moving_frame = moving_frame_;
+  now.motion = {};
   std::copy_n(geom->aabb, 6, now.box.begin());
   if (geom->final_posr) std::copy_n(dGeomGetPosition(geom), 3, now.place);
-  const bool is_still = !before || now.box == before->box;
-  if (!before || !is_still) {
+  const bool is_still = is_new || now.box == before.box;
+  if (is_new || !is_still) {
     const double side = static_cast<double>(smallestSide(geom));
+    now.coarse = 0;
     if (!(side > 0)) return is_still;
     dReal farthest = 0;
     for (const dReal bound : now.box) farthest = std::max(farthest, std::fabs(bound));
     now.coarse = static_cast<double>(farthest * std::numeric_limits<dReal>::epsilon()) / side;
-    if (before) seeMotion(*before, step, side, now);
+    if (!is_new) seeMotion(geom, before, step, side, now);
   }
   if (now.coarse > most_coarse) note(far_away, geom, now.coarse);
-  last_.add(now);
   return is_still;
 }
 
 // Notes a motion on which the geom may pass through others. What is put elsewhere passes nothing:
 // a geom that its body's velocity does not lead moves twice in a row and the same way.
-void Facts::seeMotion(const LastGeoms::Geom& before, dReal step, double side,
-                      LastGeoms::Geom& now) {
+void Facts::seeMotion(const dxGeom* geom, const LastGeom& before, dReal step, double side,
+                      LastGeom& now) {
   dVector3 way;
   dSubtractVectors3(way, now.place, before.place);
   const double length = static_cast<double>(dCalcVectorLength3(way)) / side;
@@ -143,14 +131,12 @@ void Facts::seeMotion(const LastGeoms::Geom& before, dReal step, double side,
     along += now.motion[i] * before.motion[i];
   }
   now.moved = lengthOf(now.motion) / side;
-  now.frame = counts_[frames];
-  const dBodyID body = now.geom->body;
-  if (length > most_moved && isLed(now.geom, way)) {
-    const dReal swept_way = dCalcVectorLength3(dBodyGetLinearVel(body)) * step;
-    note(static_cast<double>(swept_way) < 0.99 * length * side ? fast : swept, now.geom, length);
-  } else if (!(body && step > 0) && along > 0 && before.frame + 1 == now.frame) {
-    const double least = std::min(now.moved, before.moved);
-    if (least > most_moved) note(fast, now.geom, least);
+  const double least = std::min(now.moved, before.moved);
+  if (length > most_moved && isLed(geom, way)) {
+    const dReal covered = dCalcVectorLength3(dBodyGetLinearVel(geom->body)) * step;
+    note(static_cast<double>(covered) < 0.99 * length * side ? fast : swept, geom, length);
+  } else if (!(geom->body && step > 0) && !all_stood_ && along > 0 && least > most_moved) {
+    note(fast, geom, least);
   }
 }
 
