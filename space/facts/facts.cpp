@@ -107,7 +107,6 @@ bool Facts::seeGeom(dxGeom* geom, dReal step) {
   const bool is_still = is_new || now.box == before.box;
   if (is_new || !is_still) {
     const double side = static_cast<double>(smallestSide(geom));
-    now.coarse = 0;
     if (!(side > 0)) return is_still;
     dReal farthest = 0;
     for (const dReal bound : now.box) farthest = std::max(farthest, std::fabs(bound));

@@ -87,8 +87,7 @@ def trades():
 
 def swept():
     """Of scenes that differ by a number, the one in which swept contacts are worst."""
-    rows = [row for row in recorded("swept") if "dWorldStep" not in row["setting"]]
-    errors, worst = {}, {}
+    rows, errors, worst = recorded("swept"), {}, {}
     for row in rows:
         errors.setdefault((row["scene"], row["quantity"]), []).insert(0, float(row["error"]))
     for (scene, quantity), found in errors.items():
