@@ -28,10 +28,8 @@ class Traveller {
     if (!geom->body) return;
     dBodyCopyPosition(geom->body, centre_);
     if (!dBodyIsEnabled(geom->body)) return;
-    for (int i = 0; i < 3; ++i) {
-      shift_[i] = dBodyGetLinearVel(geom->body)[i] * step;
-      turn_[i] = dBodyGetAngularVel(geom->body)[i] * step;
-    }
+    straighten();
+    for (int i = 0; i < 3; ++i) turn_[i] = dBodyGetAngularVel(geom->body)[i] * step;
     if (dCalcVectorLengthSquare3(shift_) + dCalcVectorLengthSquare3(turn_) == 0) return;
     geom->recomputePosr();
     home_ = geom->final_posr;
@@ -81,8 +79,13 @@ class Traveller {
     dWorldGetGravity(dBodyGetWorld(geom_->body), gravity);
     return dCalcVectorLength3(gravity) * step_ * step_;
   }
+  // Bends its way, and makes it what its body's velocity says.
   void shiftMore(dReal by, const dReal* direction) {
     for (int i = 0; i < 3; ++i) shift_[i] += by * direction[i];
+  }
+  void straighten() {
+    if (!geom_->body || !dBodyIsEnabled(geom_->body)) return;
+    for (int i = 0; i < 3; ++i) shift_[i] = dBodyGetLinearVel(geom_->body)[i] * step_;
   }
   const dReal* centre() const { return centre_; }  // of its body, now
   const dReal* shift() const { return shift_; }
@@ -191,6 +194,8 @@ class SweptPair {
       count = strike(first);
       if (count == first) break;
     }
+    one_.straighten();
+    other_.straighten();
     if (touching_)
       count = collideAt(0, count, [this](const dContactGeom& contact) { return isSlow(contact); });
     return count;
