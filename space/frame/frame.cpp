@@ -120,7 +120,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
     updateTouches(frame, pairs, narrow_phase);
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
-    narrow_phase.count(frame.stats);
+    frame.stats.contacts = narrow_phase.contacts();
     if (watchers_ && !call.scene.nested && watchers_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place)
         watchers_->see(pairs.list()[place].o1, pairs.list()[place].o2);

@@ -107,44 +107,33 @@ void PrecomputedContacts::collide(const Pairs& pairs, dParallelSAPStats& stats) 
   shares_.resize(std::max(shares_.size(), static_cast<std::size_t>(team)));
   for (Share& share : shares_) {
     share.contacts.resizeDiscarding(0);
-    share.pairs = share.apart = 0;
+    share.pairs = 0;
   }
   const int used = runChunks(
-      precomputing, team, list_.size(), most_apart_pairs,
-      [&](Range range, int thread) { collideChunk(range.begin, range.end, thread); }, team);
+      precomputing, team, list_.size(), collided_at_a_time,
+      [&](Range range, int thread) {
+        for (std::size_t place = range.begin; place < range.end; ++place)
+          collidePair(place, thread);
+      },
+      team);
   for (const Share& share : shares_) {
     stats.contacts += share.contacts.size();
-    stats.apart += share.apart;
     last_.precomputed += share.pairs;
   }
   if (last_.precomputed) stats.narrow_threads = used;
 }
 
-void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int thread) {
-  Share& share = shares_[static_cast<std::size_t>(thread)];
-  std::uint32_t wanted = 0;
-  for (std::size_t place = begin; place < end; ++place) {
-    if (place + 2 * pairs_ahead < list_.size())
-      prefetchPairs(list_[place + pairs_ahead], list_[place + 2 * pairs_ahead]);
-    const auto [o1, o2] = list_[place];
-    found_[place] = {};
-    const std::uint16_t kind = kindOf(o1, o2);
-    if (kind == kinds || habits_[kind].flags == 0) continue;
-    found_[place] = {0, 0, static_cast<std::uint16_t>(thread), kind};
-    wanted |= std::uint32_t{1} << (place - begin);
-    ++share.pairs;
-  }
-  const ApartBoxes boxes = certainlyApart(&list_[begin], end - begin, wanted);
-  share.apart += boxes.count();
-  wanted &= ~boxes.apart;
-  for (; wanted; wanted &= wanted - 1)
-    collidePair(begin + static_cast<std::size_t>(__builtin_ctz(wanted)), thread);
-}
-
 void PrecomputedContacts::collidePair(std::size_t place, int thread) {
-  Buffer<dContactGeom>& contacts = shares_[static_cast<std::size_t>(thread)].contacts;
-  Found& found = found_[place];
-  const int flags = habits_[found.kind].flags;
+  if (place + 2 * pairs_ahead < list_.size())
+    prefetchPairs(list_[place + pairs_ahead], list_[place + 2 * pairs_ahead]);
+  const auto [o1, o2] = list_[place];
+  Found& found = found_[place] = {};
+  const std::uint16_t kind = kindOf(o1, o2);
+  if (kind == kinds || habits_[kind].flags == 0) return;
+  found = {0, 0, static_cast<std::uint16_t>(thread), kind};
+  ++shares_[thread].pairs;
+  Buffer<dContactGeom>& contacts = shares_[thread].contacts;
+  const int flags = habits_[kind].flags;
   found.first = contacts.size();
   contacts.resize(found.first + static_cast<std::size_t>(flags));
   dContactGeom* const own = contacts.data() + found.first;
@@ -152,7 +141,7 @@ void PrecomputedContacts::collidePair(std::size_t place, int thread) {
     for (dReal* const fourth : {&own[i].pos[3], &own[i].normal[3]})
       std::memcpy(fourth, &unwritten, sizeof unwritten);
   const auto collide = ode_collide.load(std::memory_order_relaxed);
-  const int count = collide(list_[place].o1, list_[place].o2, flags, own, sizeof *own);
+  const int count = collide(o1, o2, flags, own, sizeof *own);
   found.count = static_cast<std::uint32_t>(count);
   if (found.count > most_contacts) found.thread = nobody;
   contacts.resize(found.first + found.count);

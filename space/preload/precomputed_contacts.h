@@ -65,7 +65,7 @@ class PrecomputedContacts final : public LastStage {
   };
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
-    std::size_t pairs = 0, apart = 0;
+    std::size_t pairs = 0;
     std::size_t bytes() const { return bytesOf(contacts); }
   };
   static constexpr std::uint16_t nobody = 0xffff;  // collided it
@@ -90,7 +90,6 @@ class PrecomputedContacts final : public LastStage {
 
   static std::uint16_t kindOf(const dxGeom* o1, const dxGeom* o2);
   void collide(const Pairs& pairs, dParallelSAPStats& stats);
-  void collideChunk(std::size_t begin, std::size_t end, int thread);
   void collidePair(std::size_t place, int thread);
   void endReport();
   void learn();

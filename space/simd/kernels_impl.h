@@ -7,7 +7,6 @@
 
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
-#include "space/simd/kernel_box_pairs.h"
 #include "space/simd/kernel_halves.h"
 #include "space/simd/kernel_kept_pairs.h"
 #include "space/simd/kernel_overlaps.h"
@@ -108,8 +107,8 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>,  packBounds<Real>,  findPairs<Real>,  testLater<Real>,
-          findInTree<Real>, findInCells<Real>, boxesApart<Real>, meetRay<Real>};
+  return {packCells<Real>,  packBounds<Real>,  findPairs<Real>, testLater<Real>,
+          findInTree<Real>, findInCells<Real>, meetRay<Real>};
 }
 
 constexpr KernelSet kernel_set = {Lanes::name,  kernelsFor<float>(), kernelsFor<double>(),
