@@ -21,9 +21,11 @@ constexpr int most_contacts_mask = 0xffff;
 Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
     colliding_on_images("contacts: pairs on images");
 
+// Few enough that nobody waits long for the last thread. A round number.
 std::size_t chunkFor(std::size_t pairs, int team) {
+  constexpr std::size_t most = 32;
   return std::clamp<std::size_t>(pairs / (tasks_a_thread * static_cast<std::size_t>(team)), 1,
-                                 collided_at_a_time);
+                                 most);
 }
 
 // The collider of two convexes that an ODE without libccd has leaves the sides of its contacts as
@@ -43,6 +45,7 @@ std::uint32_t appendContacts(const dParallelSAPPair& pair, int flags, const Cont
   const int of_ode = flags & ~dParallelSAPOnCallingThread;
   constexpr int skip = sizeof(dContactGeom);
   clearSides(pair, found, flags & most_contacts_mask);
+  if (request.prepare) request.prepare(found, flags & most_contacts_mask);
   int count = own ? own->collide(pair.o1, pair.o2, of_ode, found, skip)
                   : collideInTurn(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
@@ -59,7 +62,9 @@ bool asksForContacts(int flags) {
   return (flags & most_contacts_mask) != 0;
 }
 
-}  // namespace
+// Prefetches what a collider reads of a pair that comes soon, and of one that comes later: geoms
+// lie scattered in memory, and what other threads wrote is in their caches.
+constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
 
 void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) {
   prefetchGeom(later.o1);
@@ -69,6 +74,8 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) 
     if (geom->body) prefetchObject(geom->body, 128);  // callbacks ask whether it is awake
   }
 }
+
+}  // namespace
 
 int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
                      int threads, bool manual_cleanup) {
@@ -93,7 +100,7 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
       if (i + 2 * pairs_ahead < pairs.size())
         prefetchPairs(pairs[i + pairs_ahead], pairs[i + 2 * pairs_ahead]);
       found_[i] = {0, 0, 0};
-      const int flags = request.flagsOf(pairs[i]);
+      const int flags = request.flagsOf(pairs[i], i);
       if (asksForContacts(flags)) collideOrQueue(job, {i, flags}, thread);
     }
   });

@@ -17,19 +17,20 @@ namespace ode_parallel_sap {
 class ContactPairs;
 struct Scene;
 
-// Pairs that a thread takes at a time: few enough that nobody waits long for the last thread. A
-// round number.
-constexpr std::size_t collided_at_a_time = 32;
-
 // The arguments of dParallelSAPSpaceCollideContacts.
 struct ContactRequest {
   void* data;
   int flags;
   dParallelSAPContactCallbacks callbacks;
+  // Of the preload library, or null: flags by the place of a pair, and what the room for its
+  // contacts is to hold before dCollide writes there.
+  int (*flags_at)(void* data, std::size_t place, const dParallelSAPPair& pair) = nullptr;
+  void (*prepare)(dContactGeom* contacts, int count) = nullptr;
 
-  int flagsOf(const dParallelSAPPair& pair) const {
+  int flagsOf(const dParallelSAPPair& pair, std::size_t place = 0) const {
     constexpr int known =
         0xffff | static_cast<int>(CONTACTS_UNIMPORTANT) | dParallelSAPOnCallingThread;
+    if (flags_at) return flags_at(data, place, pair);
     const int of_pair = callbacks.flags ? callbacks.flags(data, pair.o1, pair.o2) : flags;
     require((of_pair & ~known) == 0, "unknown flags for contacts",
             "dParallelSAPSpaceCollideContacts");
@@ -39,11 +40,6 @@ struct ContactRequest {
     callbacks.contacts(data, pair.o1, pair.o2, contacts, static_cast<int>(count));
   }
 };
-
-// Prefetches what a collider reads of a pair that comes soon, and of one that comes later: geoms
-// lie scattered in memory, and what other threads wrote is in their caches.
-constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
-void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
 
 // Finds contacts on all threads. Timing decides which thread collides a pair, but not where its
 // contacts are found again: they are reported in the order of the pairs.

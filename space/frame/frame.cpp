@@ -357,7 +357,7 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
   const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
-                                     call.lists.large->limit};
+                                     call.manual_cleanup, call.lists.large->limit};
   if (!last_stage_->prepare(of_frame, frame.stats)) return false;
   frame.clock.begin(Stage::report);
   noteStats(frame);  // should the callback throw, or collide again
