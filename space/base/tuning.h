@@ -78,8 +78,8 @@ constexpr std::size_t sampled_boxes = 1024;
 // An axis divides boxes into short and long ones if these are this many times as long on average.
 constexpr double far_longer = 8;
 
-// Blocks of pairs, 256 kB, that a thread gets at a time. A round number.
-constexpr std::size_t row_storage_blocks = 512;
+// Blocks of pairs, 32 kB, that a thread gets at a time. A round number.
+constexpr std::size_t row_storage_blocks = 64;
 
 // Inner loops.
 

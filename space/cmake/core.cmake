@@ -22,8 +22,7 @@ add_library(
   ${core}/base/team.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
-  ${core}/pairs/row_table.cpp
-  ${core}/pairs/pair_sort.cpp)
+  ${core}/pairs/row_table.cpp)
 
 # Kernels for each instruction set are built whatever the build machine has, and chosen at run time.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
