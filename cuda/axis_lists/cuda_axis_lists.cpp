@@ -7,8 +7,7 @@
 #include "cuda/axis_lists/axis_parts.h"
 #include "cuda/device/device.h"
 #include "space/base/floating_point.h"
-#include "space/base/packed_pair_rule.h"
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 #include "space/paper/axis_lists.h"
 
 namespace ode_parallel_sap {

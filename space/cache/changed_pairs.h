@@ -7,10 +7,8 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/packed_pair_rule.h"
 #include "space/base/pair_list.h"
 #include "space/base/parallel.h"
-#include "space/base/slot_set.h"
 #include "space/base/tuning.h"
 #include "space/pairs/row_table.h"
 #include "space/simd/kernels.h"

@@ -16,10 +16,9 @@ add_library(
   ${core}/pairs/cell_trees.cpp
   ${core}/paper/axis_lists.cpp
   ${core}/paper/brute_force.cpp
-  ${core}/pairs/box_classes.cpp
   ${core}/pairs/sweep.cpp
   ${core}/queries/query_tree.cpp
-  ${core}/base/team.cpp
+  ${core}/base/parallel.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
   ${core}/pairs/row_table.cpp)

@@ -8,7 +8,7 @@
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/reducers.h"
-#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/geom_tests.h"
 #include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {

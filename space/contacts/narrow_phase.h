@@ -9,7 +9,7 @@
 
 #include "space/base/buffer.h"
 #include "space/base/parallel.h"
-#include "space/contacts/thread_colliders.h"
+#include "space/contacts/collider_threads.h"
 #include "space/geoms/assertions.h"
 
 namespace ode_parallel_sap {

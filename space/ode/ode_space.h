@@ -9,15 +9,14 @@
 #include <utility>
 
 #include "space/frame/frame.h"
-#include "space/frame/memory_watch.h"
 #include "space/frame/policy.h"
 #include "space/geoms/ode_private.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 #include "space/geoms/space_observer.h"
 #include "space/ode/silent_geoms.h"
 #include "space/ode/swept_bounds.h"
 #include "space/ode/workspace.h"
-#include "space/queries/geom_queries.h"
+#include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
 

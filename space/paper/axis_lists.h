@@ -6,7 +6,7 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 #include "space/pairs/row_table.h"
 
 namespace ode_parallel_sap {

@@ -9,7 +9,6 @@
 #include <unordered_set>
 #include <vector>
 
-#include "space/base/back_off.h"
 #include "space/base/buffer.h"
 #include "space/base/floating_point.h"
 #include "space/base/tuning.h"

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "space/geoms/scene.h"
-#include "space/queries/geom_queries.h"
+#include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
 

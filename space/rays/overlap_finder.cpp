@@ -2,9 +2,9 @@
 
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
-#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

@@ -10,7 +10,6 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
-#include "space/contacts/thread_colliders.h"
 #include "space/geoms/pair_rule.h"
 #include "space/queries/ray_bounds.h"
 
