@@ -11,7 +11,7 @@
 #include "space/base/tuning.h"
 #include "space/base/validate.h"
 #include "space/geoms/ode_private.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

@@ -10,9 +10,9 @@
 #include <new>
 #include <vector>
 
+#include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
-#include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
 #include "space/geoms/pair_rule.h"
 

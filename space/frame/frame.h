@@ -76,7 +76,8 @@ class LastStage {
   struct Pairs {
     const PairList& list;
     const Scene& scene;
-    int threads;         // that the space may use
+    int threads;  // that the space may use
+    bool manual_cleanup;
     const Pair*& limit;  // of reportPairs()
   };
 

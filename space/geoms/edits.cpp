@@ -1,4 +1,4 @@
-#include "space/geoms/edits.h"
+#include "space/geoms/scene.h"
 
 #include <algorithm>
 #include <atomic>

@@ -224,8 +224,7 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  *
  * An image is ODE's library, loaded again (2 MB). If that fails, dMessage says why, and the
  * calling thread collides these pairs. Calling threads take turns at meshes. A collider of
- * dSetColliderOverride runs on any thread, and not for most boxes that are apart. It runs on the
- * calling thread if its pair needs an image.
+ * dSetColliderOverride runs on any thread, or on the calling thread if its pair needs an image.
  *
  * Errors: without memory for all contacts, pairs are collided one by one. Flags and reduce
  * callbacks may then be called again. */
@@ -507,7 +506,7 @@ typedef struct dParallelSAPStats {
   size_t memory_bytes;                /* of the space's own structures, not of geoms */
   unsigned long long kept;            /* pairs kept from the last frame, when little changed */
   double events_ms;                   /* which pairs began and ended */
-  unsigned long long apart;           /* pairs certainly apart, without dCollide */
+  unsigned long long apart;           /* 0: dCollide is called for all pairs now */
   int find_threads;                   /* threads used by the widest stage that finds pairs */
   int narrow_threads;                 /* threads that found contacts */
   unsigned long long candidates_kept; /* pairs of boxes with a margin, kept from earlier frames */
