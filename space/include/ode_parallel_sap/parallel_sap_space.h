@@ -381,8 +381,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
  * number of its own. */
 typedef struct dParallelSAPPairEvent {
   dGeomID o1, o2;  /* as reported; of what ended, 0 if it has left its space: it may not exist */
-  size_t place;    /* among the collide's pairs; of what ended, in the last collide that reported
-                      it; of a touch in sub-spaces, the place of the pair of these */
+  size_t place;    /* among the collide's pairs; of an ended pair, in the last collide that reported
+                      it; of an ended touch, in the last with contacts that did; of a touch in
+                      sub-spaces, the place of the pair of these */
   unsigned number; /* as long as it lasts */
 } dParallelSAPPairEvent;
 /* The pairs that began. Sets *pairs to the first, or to 0 if there is none, and returns their
