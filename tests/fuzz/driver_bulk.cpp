@@ -39,8 +39,7 @@ struct Blocks {
     Pairs pairs;
     for (const auto& [first, block] : at) {
       const bool last = first == at.rbegin()->first;
-      if (wrong || first != pairs.size() ||
-          (last ? size && block.size() > size : block.size() != size))
+      if (first != pairs.size() || (last ? size && block.size() > size : block.size() != size))
         return {};
       pairs.insert(pairs.end(), block.begin(), block.end());
     }
@@ -73,6 +72,7 @@ void Driver::collideBlocks() {
   }
   dParallelSAPSpaceSetNumThreads(id, usual_threads);
   compare(space, finished ? blocks.joined() : collide(id));
+  if (blocks.wrong) fail("blocks that are empty, come twice or out of turn");
 }
 
 }  // namespace sap_test
