@@ -1,6 +1,8 @@
 // Rays and probes in batches, held against loops over dCollide.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
+#include <limits>
 #include <type_traits>
 
 #include "../support/overlap_oracle.h"
@@ -22,6 +24,24 @@ struct QueryFilter {
     return static_cast<const QueryFilter*>(filter)->meets(query, geom);
   }
 };
+
+// A few rays are none, or have bits of one side only.
+void spoil(Rays& rays, Random& random) {
+  constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
+  for (dParallelSAPRay& ray : rays) {
+    const dReal values[] = {infinity, -infinity, std::numeric_limits<dReal>::quiet_NaN(), -1};
+    const dReal value = values[random.below(3)];
+    const std::size_t what = random.below(60), axis = random.below(3);
+    if (what == 0) ray.origin[axis] = value;
+    if (what == 1) ray.direction[axis] = value;
+    if (what == 2) std::fill(ray.direction, ray.direction + 3, dReal(0));
+    if (what == 3) ray.length = values[1 + random.below(3)];
+    if (what == 4) ray.length = 0;
+    if (what == 8) ray.direction[axis] = real(1e300);
+    if (what == 5 || what == 6) ray.category_bits = 0;
+    if (what == 6 || what == 7) ray.collide_bits = 0;
+  }
+}
 
 }  // namespace
 
@@ -49,6 +69,7 @@ void Driver::askBatch() {
         geoms.push_back(o.geom);
     if (geoms.empty()) return;
     batch.moveTo(geoms);
+    if constexpr (std::is_same_v<Batch, RayBatch>) spoil(batch.rays, random);
     const std::vector<int> members = objects_[space].members;
     for (const int member : members)
       if (random.chance(changing)) changeAnyhow(member, random);
