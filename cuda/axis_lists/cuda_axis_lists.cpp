@@ -7,11 +7,9 @@
 #include "cuda/axis_lists/axis_parts.h"
 #include "cuda/device/device.h"
 #include "space/base/floating_point.h"
-#include "space/base/packed_pair_rule.h"
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/pairs/pair_sort.h"
 
 namespace ode_parallel_sap {
 
@@ -183,26 +181,24 @@ int CudaAxisLists::findOnDevices(int threads) {
 }
 
 // Slots instead of boxes, filters, marks and order, over the pairs of all devices.
-void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
+void CudaAxisLists::finish(const BoxSet& boxes, int threads, const PairTest* test,
+                           PairList& pairs) {
   std::size_t count = 0;
   for (const Share& share : shares_) count += share.found.size();
   threads = teamFor(count, finished_pairs, threads);
-  clearForTeam(finished_, threads);
+  finished_.start(boxes.size, threads);
   for (const Share& share : shares_) {
     const std::size_t size = share.found.size();
     runChunks(finishing, threads, size, chunkOf(size, chunk_pairs, threads),
               [&](const Range& range, int thread) {
-                Buffer<Pair>& to = finished_[thread];
-                const std::size_t before = to.size();
-                to.resize(before + (range.end - range.begin));
-                Pair* end = to.data() + before;
+                Pair pair;
                 for (std::size_t i = range.begin; i < range.end; ++i)
-                  end = writePair(boxes, share.part.slotOf(earlierOf(share.found[i])),
-                                  share.part.slotOf(laterOf(share.found[i])), end);
-                to.resize(end - to.data());
+                  if (writePair(boxes, share.part.slotOf(earlierOf(share.found[i])),
+                                share.part.slotOf(laterOf(share.found[i])), &pair) != &pair)
+                    finished_.add(thread, pair);
               });
   }
-  sortPairs(finished_, boxes.size, threads, scratch_, pairs);
+  finished_.writePairs(boxes.exact, threads, test, pairs);
 }
 
 int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) {
@@ -213,13 +209,12 @@ int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs, const
   const ScopedMode mode(exactMode());
   sortAxes(boxes, threads, rows_);
   const int used = findOnDevices(threads);
-  finish(boxes, threads, pairs);
-  pairs.decide(test, threads);
+  finish(boxes, threads, test, pairs);
   return used;
 }
 
 std::size_t CudaAxisLists::bytes() const {
-  std::size_t bytes = bytesOf(rows_, finished_, scratch_);
+  std::size_t bytes = bytesOf(rows_, finished_);
   for (const Share& share : shares_) bytes += bytesOf(share.part, share.found);
   return bytes;
 }

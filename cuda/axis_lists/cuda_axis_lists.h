@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 #include "space/paper/axis_lists.h"
 
 namespace ode_parallel_sap {
@@ -32,12 +32,11 @@ class CudaAxisLists final : public PairFinder {
  private:
   struct Share;  // what belongs to one device
   int findOnDevices(int threads);
-  void finish(const BoxSet& boxes, int threads, PairList& pairs);
+  void finish(const BoxSet& boxes, int threads, const PairTest* test, PairList& pairs);
 
   AxisRows rows_[3];
   std::vector<Share> shares_;
-  std::vector<Buffer<Pair>> finished_;  // one a thread
-  Buffer<Pair> scratch_;                // to sort with
+  RowTable finished_;
 };
 
 }  // namespace ode_parallel_sap

@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "cuda/device/device.h"
-#include "space/base/storage.h"
+#include "space/base/buffer.h"
 
 namespace ode_parallel_sap {
 

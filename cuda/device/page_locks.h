@@ -7,7 +7,7 @@
 
 namespace ode_parallel_sap {
 
-// Locks the pages of large storage (space/base/storage.h), of which it holds one at a time. They
+// Locks the pages of large storage (space/base/buffer.h), of which it holds one at a time. They
 // are unlocked when the storage is given back, whoever does so, and locked anew after a fork, which
 // leaves the program with other pages than the device, and after the device was reset.
 class PageLock {

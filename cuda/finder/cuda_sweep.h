@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cuda/device/devices.h"
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
 

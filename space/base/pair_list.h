@@ -1,8 +1,12 @@
-// Pairs of slots, and the lists in which the extraction hands them on.
+// Pairs of slots, the lists in which the extraction hands them on, and what every method of finding
+// them implements.
 #pragma once
 
 #include <algorithm>
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 #include "space/base/box_set.h"
@@ -116,6 +120,76 @@ class PairCursor {
  private:
   const PairList& list_;
   std::size_t run_ = 0, run_begin_ = 0;  // its number, and the place of its first pair
+};
+
+// Whether only the exact boxes can tell that two overlap whose float bounds do: a bound is equal to
+// the opposite one. Doubles are the exact bounds.
+template <class Real>
+inline bool isBorderline(const BasicBox<Real>& a, const BasicBox<Real>& b) {
+  Real gap = a.lower[0] - b.upper[0];
+  for (int axis = 0; axis < 3; ++axis)
+    gap = std::max(std::max(gap, a.lower[axis] - b.upper[axis]), b.lower[axis] - a.upper[axis]);
+  return sizeof(Real) == sizeof(float) && gap == 0;
+}
+
+inline bool passesFilters(const BoxSet& boxes, Slot a, Slot b) {
+  if (boxes.filter_bits && !(boxes.bits[a].category & boxes.bits[b].collide) &&
+      !(boxes.bits[b].category & boxes.bits[a].collide))
+    return false;
+  return !boxes.filter_bodies || !boxes.bodies[a] || boxes.bodies[a] != boxes.bodies[b];
+}
+
+// Writes the pair of two slots whose boxes overlap, if it passes the filters, to *to. Returns what
+// comes after it.
+inline Pair* writePair(const BoxSet& boxes, Slot a, Slot b, Pair* to) {
+  if (!passesFilters(boxes, a, b)) return to;
+  *to = a < b ? makePair(a, b) : makePair(b, a);
+  if (!boxes.exact && !boxes.wide && isBorderline(boxes.boxes[a], boxes.boxes[b]))
+    *to |= borderline_bit;
+  return to + 1;
+}
+
+// The most bytes that the paper's lists of a scene may take, on each device. 0, but in tests: half
+// of what is free.
+inline std::atomic<std::uint64_t> most_list_bytes{0};
+
+// They need more memory than they may take. Both in bytes.
+class ListsTooLong : public std::runtime_error {
+ public:
+  ListsTooLong(std::uint64_t needed, std::uint64_t allowed)
+      : std::runtime_error("the lists of pairs are too long"), needed(needed), allowed(allowed) {}
+  std::uint64_t needed, allowed;
+};
+
+// Reads boxes of a frame while others are still made.
+class BoxReader {
+ public:
+  // Boxes [first, last) do not change any more. They come in their order, from the first on, and
+  // have storage for all of the frame, which stays until the pairs are found or forget() returns.
+  virtual void read(const BoxSet& boxes, std::size_t first, std::size_t last) = 0;
+  // There will be no pairs of them.
+  virtual void forget() = 0;
+
+ protected:
+  ~BoxReader() = default;
+};
+
+class PairFinder {
+ public:
+  virtual ~PairFinder() = default;
+
+  // Puts into `pairs`, ascending and each once, every pair of slots whose boxes overlap (closed
+  // intervals, NaN overlaps nothing), which passes the filters of `boxes` and which `test` keeps.
+  // It decides about pairs that float boxes cannot decide about; without it they stay, and carry
+  // borderline_bit. Uses up to `threads` threads; returns the number used. Throws std::bad_alloc
+  // where memory ends.
+  virtual int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) = 0;
+  int find(const BoxSet& boxes, int threads, PairList& pairs) {
+    return find(boxes, threads, pairs, nullptr);
+  }
+
+  // Bytes held from one frame to the next.
+  virtual std::size_t bytes() const = 0;
 };
 
 }  // namespace ode_parallel_sap

@@ -1,5 +1,5 @@
 // What depends on the operating system or the compiler, but for images of ODE (space/images), pages
-// of the system's (storage.h) and vectors (simd).
+// of the system's (buffer.h) and vectors (simd).
 #pragma once
 
 #include <cstdint>

@@ -1,9 +1,11 @@
-// The tuned constants, and the work from which on threads are worth their start, stage by stage.
+// The tuned constants, and the work from which on threads are worth their start, stage by stage;
+// and back-offs.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
-#include "space/base/team.h"
+#include "space/base/parallel.h"
 
 namespace ode_parallel_sap {
 
@@ -78,8 +80,8 @@ constexpr std::size_t sampled_boxes = 1024;
 // An axis divides boxes into short and long ones if these are this many times as long on average.
 constexpr double far_longer = 8;
 
-// Blocks of pairs, 256 kB, that a thread gets at a time. A round number.
-constexpr std::size_t row_storage_blocks = 512;
+// Blocks of pairs, 32 kB, that a thread gets at a time. A round number.
+constexpr std::size_t row_storage_blocks = 64;
 
 // Inner loops.
 
@@ -177,5 +179,24 @@ constexpr Grain heavy_pairs = {8, Grain::whole};  // of slow colliders
 constexpr Grain cast_rays = {64, Grain::whole};   // for their nearest hits
 
 }  // namespace grains
+
+// Counts in turns: frames in which the thing could have been done.
+class BackOff {
+ public:
+  // Waits `first` turns after the first failure, twice as many after each further one, at most
+  // back_off_range times as many.
+  constexpr explicit BackOff(int first) : first_(first), next_(first) {}
+
+  // A turn comes. Returns whether the thing is left out in it.
+  bool skipTurn() { return left_ > 0 && left_-- > 0; }
+  void failed() {
+    left_ = next_;
+    next_ = std::min(2 * next_, back_off_range * first_);
+  }
+  void paid() { next_ = first_; }
+
+ private:
+  int first_, next_, left_ = 0;
+};
 
 }  // namespace ode_parallel_sap

@@ -7,12 +7,10 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/packed_pair_rule.h"
 #include "space/base/pair_list.h"
 #include "space/base/parallel.h"
-#include "space/base/slot_set.h"
 #include "space/base/tuning.h"
-#include "space/pairs/pair_sort.h"
+#include "space/pairs/row_table.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -48,36 +46,35 @@ void cutBoth(const PairList& pairs, std::size_t length, const Pair* other, const
 
 class ChangedPairs {
  public:
-  // Leaves in found(), ascending, the pairs of active `boxes` that one of the slots `changed` is in
-  // and that pass the filters. `set` has all of these, and none that is there but them.
-  // meet(slot, hits) leaves in `hits` the slots whose boxes overlap that of a slot, which may be
-  // among them, as may be some that are gone, and unless `all_active` some that are inactive. It is
-  // called on up to so many threads. Returns the number used.
+  // Leaves in found(), ascending, the pairs of active `boxes` that one of the slots `changed` is
+  // in, that pass the filters and that the test keeps, if there is one. `set` has all of these, and
+  // none that is there but them. meet(slot, hits) leaves in `hits` the slots whose boxes overlap
+  // that of a slot, which may be among them, as may be some that are gone, and unless `all_active`
+  // some that are inactive. It is called on up to so many threads. Returns the number used.
   template <class Meet>
   int find(const BoxSet& boxes, bool all_active, const Buffer<Slot>& changed, const SlotSet& set,
-           int threads, Meet meet) {
+           int threads, const PairTest* test, Meet meet) {
     const std::size_t count = changed.size();
     const int team = teamFor(count, grains::changed_boxes, threads);
-    clearForTeam(parts_, team);
+    rows_.start(boxes.size, threads);
     hits_.resize(std::max(hits_.size(), static_cast<std::size_t>(team)));
-    const int used =
-        runChunks(meeting_changed, team, count, chunkOf(count, chunk_searches, team),
-                  [&](const Range& range, int thread) {
-                    for (std::size_t i = range.begin; i < range.end; ++i) {
-                      const Slot slot = changed[i];
-                      if (!isActive(boxes, slot)) continue;
-                      meet(slot, hits_[thread]);
-                      addPairs(boxes, all_active, slot, set, hits_[thread], parts_[thread]);
-                    }
-                  });
-    sortPairs(parts_, boxes.size, threads, workspace_, found_);
+    const int used = runChunks(meeting_changed, team, count, chunkOf(count, chunk_searches, team),
+                               [&](const Range& range, int thread) {
+                                 for (std::size_t i = range.begin; i < range.end; ++i) {
+                                   const Slot slot = changed[i];
+                                   if (!isActive(boxes, slot)) continue;
+                                   meet(slot, hits_[thread]);
+                                   addPairs(boxes, all_active, slot, set, thread);
+                                 }
+                               });
+    rows_.writePairs(/*exact=*/true, threads, test, found_);
     return used;
   }
   PairList& found() { return found_; }
   // Takes all pairs that a slot of `changed` is in out of `pairs`, and puts found(), all pairs of
   // these slots, in. Both are ascending, as is the result. Returns how many pairs stayed.
   std::size_t replace(const SlotSet& changed, int threads, PairList& pairs);
-  std::size_t bytes() const { return bytesOf(parts_, hits_, workspace_, found_, spans_, merged_); }
+  std::size_t bytes() const { return bytesOf(rows_, hits_, found_, spans_, merged_); }
 
  private:
   static bool isActive(const BoxSet& boxes, Slot slot) {
@@ -85,21 +82,19 @@ class ChangedPairs {
                       : ode_parallel_sap::isActive(boxes.boxes[slot]);
   }
   // A pair of two changed ones is that of the later one.
-  static void addPairs(const BoxSet& boxes, bool all_active, Slot slot, const SlotSet& set,
-                       const Buffer<Slot>& hits, Buffer<Pair>& pairs) {
-    for (const Slot hit : hits) {
+  void addPairs(const BoxSet& boxes, bool all_active, Slot slot, const SlotSet& set, int thread) {
+    for (const Slot hit : hits_[thread]) {
       if (hit >= boxes.size || hit == slot || (hit > slot && set.contains(hit)) ||
           !(all_active || isActive(boxes, hit)) || !passesFilters(boxes, slot, hit))
         continue;
-      pairs.push_back(hit < slot ? makePair(hit, slot) : makePair(slot, hit));
+      rows_.add(thread, hit < slot ? makePair(hit, slot) : makePair(slot, hit));
     }
   }
 
   static std::size_t merge(const PairSpan& span, const SlotSet& changed, Buffer<Pair>& merged);
 
-  std::vector<Buffer<Pair>> parts_;  // one a thread, as are the next
-  std::vector<Buffer<Slot>> hits_;
-  Buffer<std::uint64_t> workspace_;
+  RowTable rows_;
+  std::vector<Buffer<Slot>> hits_;  // one a thread
   PairList found_;
   std::vector<PairSpan> spans_;
   PairList merged_;

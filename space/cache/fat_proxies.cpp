@@ -212,7 +212,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads) {
   }
   stray_rows_ += static_cast<double>(leaving_.size() * tree_.strayRows());
   const int used = changed_pairs_.find(fat_, /*all_active=*/true, leaving_, left_, threads,
-                                       [&](Slot slot, Buffer<Slot>& hits) {
+                                       /*test=*/nullptr, [&](Slot slot, Buffer<Slot>& hits) {
                                          hits.resizeDiscarding(tree_.most());
                                          hits.resize(tree_.find(fat_.boxes[slot], hits.data()));
                                          for (Slot& hit : hits) hit /= 2;

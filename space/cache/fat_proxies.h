@@ -3,11 +3,10 @@
 
 #include <cstddef>
 
-#include "space/base/back_off.h"
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
-#include "space/base/slot_set.h"
+#include "space/base/tuning.h"
 #include "space/cache/changed_pairs.h"
 #include "space/pairs/sweep.h"
 #include "space/queries/query_tree.h"

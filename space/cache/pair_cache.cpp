@@ -64,14 +64,12 @@ bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
   const ScopedMode mode(exactMode());
   GeomTree* const tree = part.made();
   if (!tree || !tree->bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
+  const PairFilter filter(geoms.data(), geom_update, rules_);
   const int used = changed_pairs_.find(
-      boxes, facts.disabled == 0, changed, changed_, threads,
+      boxes, facts.disabled == 0, changed, changed_, threads, &filter,
       [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, geoms[slot], hits); });
   stats.find_threads = std::max(stats.find_threads, used);
-  PairList& found = changed_pairs_.found();
-  stats.candidates = found.size();
-  const PairFilter filter(geoms.data(), geom_update, rules_);
-  found.decide(&filter, threads);
+  stats.candidates = changed_pairs_.found().size();
   stats.kept = changed_pairs_.replace(changed_, threads, pairs);
   changed_.clear();
   return true;

@@ -11,7 +11,7 @@
 #include "space/base/tuning.h"
 #include "space/base/validate.h"
 #include "space/geoms/ode_private.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
@@ -64,7 +64,6 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
   last_slots_ = geoms.size();
   slots_changed_ = false;
   has_events_ = true;
-  is_same_ = false;
   if constexpr (validates) validate();
   return true;
 } catch (const std::bad_alloc&) {
@@ -77,7 +76,6 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
 bool PairEvents::updateSame() {
   if (!has_events_ || slots_changed_) return false;
   freeNumbers();
-  is_same_ = true;
   return true;
 }
 
@@ -220,6 +218,15 @@ void PairEvents::callAABBTests(const Buffer<dxGeom*>& geoms) {
                          : State::ends;
 }
 
+// By how deep the space is in others.
+int PairEvents::touchingBit(const Buffer<dxGeom*>& geoms) {
+  unsigned depth = 0;
+  const auto geom = std::find_if(geoms.begin(), geoms.end(), [](const dxGeom* g) { return g; });
+  for (const dxGeom* inner = geom < geoms.end() ? *geom : nullptr; inner; ++depth)
+    inner = inner->parent_space;
+  return lowest_touching << depth % 4;
+}
+
 // Allocates all memory before it takes the first number.
 void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
   std::size_t count_begun = 0, count_ended = 0, count_resting = 0, count_outlived = 0;
@@ -239,6 +246,7 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
   ended_.resizeDiscarding(count_ended);
   Event *begun = begun_.data(), *ended = ended_.data();
   Unreported* resting = next_resting_.data();
+  const int touching = touchingBit(geoms);
   for (const Changes& changes : changes_) {
     for (const std::size_t place : changes.begun) {
       const Pair pair = next_.pairs[place];
@@ -249,11 +257,15 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
       // Null where a geom has left.
       dxGeom *const a = previousGeom(earlierOf(pair.pair), geoms), *const b = previousGeom(
                                                                        laterOf(pair.pair), geoms);
-      if (pair.state == State::ends)
+      if (pair.state == State::ends) {
         *ended++ = {a, b, pair.place, pair.number};
-      else
+        if (free_.hasTouch(pair.number))
+          for (dxGeom* const geom : {a, b})
+            if (geom) geom->gflags |= touching;
+      } else {
         *resting++ = {slots_changed_ ? makePair(Slots::slotOf(a), Slots::slotOf(b)) : pair.pair,
                       pair.place, pair.number, pair.state};
+      }
     }
   }
   // Those that rested have places of earlier frames.
@@ -269,15 +281,6 @@ std::size_t PairEvents::placeOf(Slot a, Slot b) const {
   const Pair* const end = begin + pairs();
   const Pair* const found = std::lower_bound(begin, end, pair);
   return found < end && *found == pair ? static_cast<std::size_t>(found - begin) : pairs();
-}
-
-void PairEvents::listPlacesBefore(Buffer<std::size_t>& places) const {
-  const PairNumbers::Touch* const touches = free_.touches().data();
-  for (const Unreported& pair : is_same_ ? resting_ : next_resting_)
-    if (touches[pair.number] == PairNumbers::ending_touch) places[pair.number] = pair.place;
-  const Buffer<Number>& numbers = (is_same_ ? previous_ : next_).numbers;
-  for (std::size_t place = 0; place < numbers.size(); ++place)
-    if (touches[numbers[place]] == PairNumbers::ending_touch) places[numbers[place]] = place;
 }
 
 void PairEvents::release() {

@@ -10,9 +10,9 @@
 #include <new>
 #include <vector>
 
+#include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
-#include "space/base/slot_set.h"
 #include "space/cache/changed_pairs.h"
 #include "space/geoms/pair_rule.h"
 
@@ -40,24 +40,24 @@ class PairNumbers {
     given_back_.insert(number);
     lowest_ = std::min(lowest_, number);
   }
-  // Of a pair: none, one, or one that ends in this frame though the pair lasts.
-  enum Touch : unsigned char { no_touch, touch, ending_touch };
+  static constexpr Number no_touch = most;
   // Room for touches of all pairs. Throws std::bad_alloc.
   void reserveTouches() { touches_.growTo(unused_, no_touch); }
-  // By number.
-  Buffer<Touch>& touches() { return touches_; }
-  const Buffer<Touch>& touches() const { return touches_; }
-  bool hasTouch(Number number) const { return number < touches_.size() && touches_[number]; }
+  // By number: the place of the pair when it last was seen to touch.
+  Buffer<Number>& touches() { return touches_; }
+  bool hasTouch(Number number) const {
+    return number < touches_.size() && touches_[number] != no_touch;
+  }
   void forgetTouches() { touches_.release(); }
   // Used numbers differ and are not free, and none below the lowest is free.
   void validate(std::vector<Number> used) const;
   std::size_t bytes() const { return bytesOf(given_back_, touches_); }
 
  private:
-  SlotSet given_back_;     // the free ones below unused_
-  Buffer<Touch> touches_;  // by number
-  Number lowest_ = 0;      // none below is free
-  Number unused_ = 0;      // from here on none was ever taken
+  SlotSet given_back_;  // the free ones below unused_
+  Buffer<Number> touches_;
+  Number lowest_ = 0;  // none below is free
+  Number unused_ = 0;  // from here on none was ever taken
 };
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
@@ -98,10 +98,6 @@ class PairEvents {
   const Buffer<Pair>& list() const { return previous_.pairs; }
   // For touches.
   PairNumbers& pool() { return free_; }
-  const PairNumbers& pool() const { return free_; }
-  // Of pairs whose touch is ending: writes their places in the frame before the last one by number,
-  // or those they had last if they rested in it. `places` has room for all numbers.
-  void listPlacesBefore(Buffer<std::size_t>& places) const;
   // Pairs that ended in earlier frames while their touches lasted. Their numbers are not given
   // back.
   Buffer<Event>& outlived() { return outlived_; }
@@ -110,6 +106,10 @@ class PairEvents {
     outlived_.release();
     free_.forgetTouches();
   }
+  // Geoms of touches that have no pair have the bit of their space, until they leave one: at their
+  // address another geom may come.
+  static int touchingBit(const Buffer<dxGeom*>& geoms);
+  static void forget(dxGeom* geom) { geom->gflags &= ~(nested_spaces * lowest_touching); }
   // Whether a pair is left out only because it rests.
   static bool rests(dxGeom* a, dxGeom* b, const PackRules& rules);
   // By place; of no pair if the last frame had no events.
@@ -152,6 +152,9 @@ class PairEvents {
     std::size_t bytes() const { return bytesOf(begun, unreported); }
   };
 
+  // fixed: in gflags, where ODE uses the lower bits; four, so that spaces in spaces have their own.
+  static constexpr int lowest_touching = 1 << 20, nested_spaces = 15;
+
   void trackSlots();
   void freeNumbers();
   void listPreviousGeoms(const Buffer<dxGeom*>& geoms);
@@ -169,7 +172,6 @@ class PairEvents {
   void writeEvents(const Buffer<dxGeom*>& geoms);
 
   bool has_events_ = false;  // the last frame
-  bool is_same_ = false;     // as the frame before it, whose list it uses
   NumberedPairs previous_, next_;
   Buffer<Unreported> resting_, next_resting_;  // ascending
   PairNumbers free_;

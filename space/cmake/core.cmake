@@ -16,14 +16,12 @@ add_library(
   ${core}/pairs/cell_trees.cpp
   ${core}/paper/axis_lists.cpp
   ${core}/paper/brute_force.cpp
-  ${core}/pairs/box_classes.cpp
   ${core}/pairs/sweep.cpp
   ${core}/queries/query_tree.cpp
-  ${core}/base/team.cpp
+  ${core}/base/parallel.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
-  ${core}/pairs/row_table.cpp
-  ${core}/pairs/pair_sort.cpp)
+  ${core}/pairs/row_table.cpp)
 
 # Kernels for each instruction set are built whatever the build machine has, and chosen at run time.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")

@@ -6,7 +6,7 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/geoms/ode_private.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

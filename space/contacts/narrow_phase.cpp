@@ -8,7 +8,7 @@
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/reducers.h"
-#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/geom_tests.h"
 #include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
@@ -21,11 +21,11 @@ constexpr int most_contacts_mask = 0xffff;
 Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
     colliding_on_images("contacts: pairs on images");
 
-// As many as are tested at a time, but few enough that nobody waits long for the last thread.
+// Few enough that nobody waits long for the last thread. A round number.
 std::size_t chunkFor(std::size_t pairs, int team) {
-  if (team == 1) return most_apart_pairs;
+  constexpr std::size_t most = 32;
   return std::clamp<std::size_t>(pairs / (tasks_a_thread * static_cast<std::size_t>(team)), 1,
-                                 most_apart_pairs);
+                                 most);
 }
 
 // The collider of two convexes that an ODE without libccd has leaves the sides of its contacts as
@@ -45,6 +45,7 @@ std::uint32_t appendContacts(const dParallelSAPPair& pair, int flags, const Cont
   const int of_ode = flags & ~dParallelSAPOnCallingThread;
   constexpr int skip = sizeof(dContactGeom);
   clearSides(pair, found, flags & most_contacts_mask);
+  if (request.prepare) request.prepare(found, flags & most_contacts_mask);
   int count = own ? own->collide(pair.o1, pair.o2, of_ode, found, skip)
                   : collideInTurn(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
@@ -61,14 +62,9 @@ bool asksForContacts(int flags) {
   return (flags & most_contacts_mask) != 0;
 }
 
-// With CONTACTS_UNIMPORTANT ODE's collider of boxes decides otherwise; a pair for the calling
-// thread may have a collider of the program's.
-bool mayLeaveOut(int flags) {
-  return asksForContacts(flags) &&
-         !(flags & (static_cast<int>(CONTACTS_UNIMPORTANT) | dParallelSAPOnCallingThread));
-}
-
-}  // namespace
+// Prefetches what a collider reads of a pair that comes soon, and of one that comes later: geoms
+// lie scattered in memory, and what other threads wrote is in their caches.
+constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
 
 void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) {
   prefetchGeom(later.o1);
@@ -79,6 +75,8 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) 
   }
 }
 
+}  // namespace
+
 int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
                      int threads, bool manual_cleanup) {
   const Job job = {pairs, request, threads};
@@ -88,7 +86,6 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
     for (Buffer<Waiting>* const waiting :
          {&share.heavy, &share.own_collider, &share.calling_thread})
       waiting->resizeDiscarding(0);
-    share.apart = 0;
   }
   found_.resizeDiscarding(pairs.size());
 
@@ -98,8 +95,15 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
     used = std::max(used, runPartsWithData(region, team, count, chunk, manual_cleanup, work));
   };
   const int team = teamFor(pairs.size(), grains::collided_pairs, threads);
-  share(colliding, pairs.size(), chunkFor(pairs.size(), team), team,
-        [&](Range range, int thread) { collideChunk(job, range, thread); });
+  share(colliding, pairs.size(), chunkFor(pairs.size(), team), team, [&](Range range, int thread) {
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      if (i + 2 * pairs_ahead < pairs.size())
+        prefetchPairs(pairs[i + pairs_ahead], pairs[i + 2 * pairs_ahead]);
+      found_[i] = {0, 0, 0};
+      const int flags = request.flagsOf(pairs[i], i);
+      if (asksForContacts(flags)) collideOrQueue(job, {i, flags}, thread);
+    }
+  });
 
   gather(shares_, &Share::heavy, waiting_);
   if (waiting_.size())
@@ -136,29 +140,6 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
             [](const Waiting& a, const Waiting& b) { return a.pair < b.pair; });
   for (const Waiting& waiting : waiting_) collide(job, waiting, 0);
   return used;
-}
-
-// A chunk of pairs: first their flags, then which are apart, then the others.
-void NarrowPhase::collideChunk(const Job& job, Range range, int thread) {
-  int flags[most_apart_pairs];
-  std::uint32_t wanted = 0, testable = 0;
-  for (std::size_t i = 0; i < range.end - range.begin; ++i) {
-    const std::size_t place = range.begin + i;
-    if (place + 2 * pairs_ahead < job.pairs.size())
-      prefetchPairs(job.pairs[place + pairs_ahead], job.pairs[place + 2 * pairs_ahead]);
-    flags[i] = job.request.flagsOf(job.pairs[place]);
-    found_[place] = {0, 0, 0};
-    wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
-    testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
-  }
-  const ApartBoxes boxes =
-      certainlyApart(job.pairs.data() + range.begin, range.end - range.begin, wanted & testable);
-  shares_[thread].apart += boxes.count();
-  wanted &= ~boxes.apart;
-  for (; wanted; wanted &= wanted - 1) {
-    const int i = __builtin_ctz(wanted);
-    collideOrQueue(job, {range.begin + i, flags[i]}, thread);
-  }
 }
 
 // Puts pairs into the queues of later passes. One thread needs none: this is the serial loop.
@@ -232,11 +213,10 @@ void NarrowPhase::collideOne(const dParallelSAPPair& pair, const ContactRequest&
     request.report(pair, contacts.data(), found);
 }
 
-void NarrowPhase::count(dParallelSAPStats& stats) const {
-  for (const Share& share : shares_) {
-    stats.contacts += share.contacts.size();
-    stats.apart += share.apart;
-  }
+std::size_t NarrowPhase::contacts() const {
+  std::size_t contacts = 0;
+  for (const Share& share : shares_) contacts += share.contacts.size();
+  return contacts;
 }
 
 }  // namespace ode_parallel_sap

@@ -9,7 +9,7 @@
 
 #include "space/base/buffer.h"
 #include "space/base/parallel.h"
-#include "space/contacts/thread_colliders.h"
+#include "space/contacts/collider_threads.h"
 #include "space/geoms/assertions.h"
 
 namespace ode_parallel_sap {
@@ -17,34 +17,20 @@ namespace ode_parallel_sap {
 class ContactPairs;
 struct Scene;
 
-// fixed: as many pairs as are tested at a time, a bit of a word each.
-constexpr std::size_t most_apart_pairs = 32;
-
-// Pairs by bits.
-struct ApartBoxes {
-  std::uint32_t tested;
-  std::uint32_t apart;  // of those, pairs of which dCollide returns 0
-
-  std::size_t count() const { return static_cast<std::size_t>(__builtin_popcount(apart)); }
-};
-
-// Tests those pairs [0, count) of two boxes that are in `wanted`, for which dCollide is called
-// without CONTACTS_UNIMPORTANT: with it ODE's collider of boxes does not look along all axes. A
-// pose that dCollide would have to bring up to date first leaves its pair untested.
-//
-// What ODE's collider (0.16) computes counts, not the shapes. `apart` are pairs that it finds apart
-// whatever the errors of rounding are, in every floating-point mode and for all numbers.
-ApartBoxes certainlyApart(const dParallelSAPPair* pairs, std::size_t count, std::uint32_t wanted);
-
 // The arguments of dParallelSAPSpaceCollideContacts.
 struct ContactRequest {
   void* data;
   int flags;
   dParallelSAPContactCallbacks callbacks;
+  // Of the preload library, or null: flags by the place of a pair, and what the room for its
+  // contacts is to hold before dCollide writes there.
+  int (*flags_at)(void* data, std::size_t place, const dParallelSAPPair& pair) = nullptr;
+  void (*prepare)(dContactGeom* contacts, int count) = nullptr;
 
-  int flagsOf(const dParallelSAPPair& pair) const {
+  int flagsOf(const dParallelSAPPair& pair, std::size_t place = 0) const {
     constexpr int known =
         0xffff | static_cast<int>(CONTACTS_UNIMPORTANT) | dParallelSAPOnCallingThread;
+    if (flags_at) return flags_at(data, place, pair);
     const int of_pair = callbacks.flags ? callbacks.flags(data, pair.o1, pair.o2) : flags;
     require((of_pair & ~known) == 0, "unknown flags for contacts",
             "dParallelSAPSpaceCollideContacts");
@@ -55,18 +41,13 @@ struct ContactRequest {
   }
 };
 
-// Prefetches what a collider reads of a pair that comes soon, and of one that comes later: geoms
-// lie scattered in memory, and what other threads wrote is in their caches.
-constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
-void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
-
 // Finds contacts on all threads. Timing decides which thread collides a pair, but not where its
 // contacts are found again: they are reported in the order of the pairs.
 //
-// There are four passes: all pairs, of which those that are certainly apart are left out
-// (certainlyApart) and light ones collided on the spot; heavy pairs, a few at a time; pairs for
-// threads with a collider of their own; and pairs that only the calling thread may collide
-// (collider_threads.h). Each thread begins with its own part of the list, whose pairs share geoms.
+// There are four passes: all pairs, of which light ones are collided on the spot; heavy pairs, a
+// few at a time; pairs for threads with a collider of their own; and pairs that only the calling
+// thread may collide (collider_threads.h). Each thread begins with its own part of the list, whose
+// pairs share geoms.
 class NarrowPhase {
  public:
   // Collides all pairs, by up to `threads` threads, which with `manual_cleanup` leave no data in
@@ -88,8 +69,7 @@ class NarrowPhase {
     return {shares_[found.thread].contacts.data() + found.first, found.count};
   }
   bool touches(std::size_t pair) const { return found_[pair].count != 0; }
-  // Adds the contacts, and the pairs of boxes that are apart.
-  void count(dParallelSAPStats& stats) const;
+  std::size_t contacts() const;
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
@@ -111,8 +91,6 @@ class NarrowPhase {
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
     Buffer<Waiting> heavy, own_collider, calling_thread;
-    std::size_t apart = 0;
-
     std::size_t bytes() const { return bytesOf(contacts, heavy, own_collider, calling_thread); }
   };
   // Contacts [first, first + count) of a thread's share.
@@ -121,7 +99,6 @@ class NarrowPhase {
     std::uint32_t count, thread;
   };
 
-  void collideChunk(const Job& job, Range range, int thread);
   void collideOrQueue(const Job& job, const Waiting& waiting, int thread);
   void collide(const Job& job, const Waiting& waiting, int thread, ThreadCollider* own = nullptr);
 

@@ -1,4 +1,4 @@
-#include "space/contacts/thread_colliders.h"
+#include "space/contacts/collider_threads.h"
 
 namespace ode_parallel_sap {
 

@@ -36,24 +36,22 @@ bool isKeptAwake(dBodyID body, dBodyID other) {
 }
 
 // Of the corners with all lower and all upper bounds, the one that moved farther.
-double lengthOf(const LastGeoms::Box& motion) {
+double lengthOf(const LastGeom::Box& motion) {
   double squares[2] = {0, 0};
   for (std::size_t i = 0; i < 6; ++i)
     squares[i % 2] += static_cast<double>(motion[i]) * static_cast<double>(motion[i]);
   return std::sqrt(std::max(squares[0], squares[1]));
 }
 
-}  // namespace
-
-const LastGeoms::Geom* LastGeoms::find(const dxGeom* geom) {
-  if (next_ < last_.size() && last_[next_].geom == geom) return &last_[next_++];
-  if (places_.empty())
-    for (std::size_t place = 0; place < last_.size(); ++place) places_[last_[place].geom] = place;
-  const auto found = places_.find(geom);
-  if (found == places_.end()) return nullptr;
-  next_ = found->second + 1;
-  return &last_[found->second];
+// Whether its body's velocity led it this way, as no teleport does but by chance.
+bool isLed(const dxGeom* geom, const dReal* way) {
+  if (!geom->body) return false;
+  const dReal* const velocity = dBodyGetLinearVel(geom->body);
+  return dCalcVectorDot3(velocity, way) >
+         dReal(0.99) * dCalcVectorLength3(velocity) * dCalcVectorLength3(way);
 }
+
+}  // namespace
 
 void Facts::see(dGeomID a, dGeomID b) {
   const ScopedMode mode(exactMode());
@@ -70,20 +68,20 @@ void Facts::endFrame(dxSpace* space, bool any_moved) try {
   if (any_moved) {
     const ScopedMode mode(exactMode());
     facts_[far_away].now = facts_[invalid].now = 0;
-    last_.begin();
+    ++moving_frame_;
     seeSpace(space, !parallelSAPSpace(space)->settings().rules.skip_static);
   }
+  all_stood_ = !any_moved;
   for (Fact& fact : facts_) {
     fact.frames += fact.now > 0;
     fact.most = std::max(fact.most, fact.now);
   }
 } catch (const std::bad_alloc&) {  // then it begins anew
-  last_ = LastGeoms();
+  last_.clear();
 }
 
 void Facts::seeSpace(dxSpace* space, bool of_space) {
   const ParallelSAPSpace* const own = parallelSAPSpace(space);
-  const Kind kind = own && own->sweptBounds() > 0 ? swept : fast;
   for (dxGeom* geom = space->first; geom; geom = geom->next) {
     counts_[geoms] += of_space;
     // What a callback moved or put there is new in the next frame.
@@ -93,37 +91,52 @@ void Facts::seeSpace(dxSpace* space, bool of_space) {
     else if (hasNaN(geom))
       note(invalid, geom, 0);
     else if (isPlain(geom))
-      counts_[statics] += seeGeom(geom, kind) && of_space && !geom->body;
+      counts_[statics] += seeGeom(geom, own ? own->sweptBounds() : 0) && of_space && !geom->body;
   }
 }
 
 // Whether it has stood still, as far as that is known.
-bool Facts::seeGeom(dxGeom* geom, Kind kind) {
-  const LastGeoms::Geom* const before = last_.find(geom);
-  LastGeoms::Geom now = before ? *before : LastGeoms::Geom{geom, {}, {}, 0, 0};
+bool Facts::seeGeom(dxGeom* geom, dReal step) {
+  LastGeom& now = last_[geom];
+  const LastGeom before = now;
+  const bool is_new = before.moving_frame + 1 != moving_frame_;
+  now.moving_frame = moving_frame_;
+  now.motion = {};
   std::copy_n(geom->aabb, 6, now.box.begin());
-  const bool is_still = !before || now.box == before->box;
-  if (!before || !is_still) {
+  if (geom->final_posr) std::copy_n(dGeomGetPosition(geom), 3, now.place);
+  const bool is_still = is_new || now.box == before.box;
+  if (is_new || !is_still) {
     const double side = static_cast<double>(smallestSide(geom));
     if (!(side > 0)) return is_still;
     dReal farthest = 0;
     for (const dReal bound : now.box) farthest = std::max(farthest, std::fabs(bound));
     now.coarse = static_cast<double>(farthest * std::numeric_limits<dReal>::epsilon()) / side;
-    if (before) {
-      dReal along = 0;
-      for (std::size_t i = 0; i < 6; ++i) {
-        now.motion[i] = now.box[i] - before->box[i];
-        along += now.motion[i] * before->motion[i];
-      }
-      now.moved = lengthOf(now.motion) / side;
-      // Twice in a row and the same way: what is put elsewhere passes nothing.
-      const double least = std::min(now.moved, before->moved);
-      if (along > 0 && least > most_moved) note(kind, geom, least);
-    }
+    if (!is_new) seeMotion(geom, before, step, side, now);
   }
   if (now.coarse > most_coarse) note(far_away, geom, now.coarse);
-  last_.add(now);
   return is_still;
+}
+
+// Notes a motion on which the geom may pass through others. What is put elsewhere passes nothing:
+// a geom that its body's velocity does not lead moves twice in a row and the same way.
+void Facts::seeMotion(const dxGeom* geom, const LastGeom& before, dReal step, double side,
+                      LastGeom& now) {
+  dVector3 way;
+  dSubtractVectors3(way, now.place, before.place);
+  const double length = static_cast<double>(dCalcVectorLength3(way)) / side;
+  dReal along = 0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    now.motion[i] = now.box[i] - before.box[i];
+    along += now.motion[i] * before.motion[i];
+  }
+  now.moved = lengthOf(now.motion) / side;
+  const double least = std::min(now.moved, before.moved);
+  if (length > most_moved && isLed(geom, way)) {
+    const dReal covered = dCalcVectorLength3(dBodyGetLinearVel(geom->body)) * step;
+    note(static_cast<double>(covered) < 0.99 * length * side ? fast : swept, geom, length);
+  } else if (!(geom->body && step > 0) && !all_stood_ && along > 0 && least > most_moved) {
+    note(fast, geom, least);
+  }
 }
 
 void Facts::note(Kind kind, const dxGeom* geom, double measure) {

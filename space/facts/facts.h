@@ -13,33 +13,15 @@
 
 namespace ode_parallel_sap {
 
-// The geoms of all spaces in one, as they were in its last frame, in the order in which that was
-// gone through. This frame's is like it: a stock space puts a geom that moves first.
-class LastGeoms {
- public:
+// A geom as it was when it was last seen.
+struct LastGeom {
   using Box = std::array<dReal, 6>;
-  struct Geom {
-    const dxGeom* geom;
-    Box box;
-    Box motion;     // of the box's sides when it last moved
-    double moved;   // then, in the geom's smallest sides
-    double coarse;  // a step of dReal at its place, likewise
-  };
-
-  void begin() {
-    last_.swap(now_);
-    now_.clear();
-    places_.clear();
-    next_ = 0;
-  }
-  // What a geom was; null if it is new.
-  const Geom* find(const dxGeom* geom);
-  void add(const Geom& geom) { now_.push_back(geom); }
-
- private:
-  std::vector<Geom> now_, last_;
-  std::size_t next_ = 0;                                   // in last_
-  std::unordered_map<const dxGeom*, std::size_t> places_;  // in last_, once the order differs
+  unsigned long long moving_frame;  // then
+  dVector3 place;
+  Box box;
+  Box motion;     // of the box's sides, since the frame before
+  double moved;   // likewise, in the geom's smallest sides
+  double coarse;  // a step of dReal at its place, likewise
 };
 
 // Counts the pairs of one frame in `interval`, and sees all geoms after each frame before which any
@@ -49,6 +31,8 @@ class Facts final : public SpaceObserver {
   bool isDue() override { return counts_[frames] % interval == 0; }
   void see(dGeomID a, dGeomID b) override;
   void endFrame(dxSpace* space, bool any_moved) override;
+  // Its address may be another one's soon.
+  void forget(const dxGeom* geom) override { last_.erase(geom); }
   std::vector<std::string> lines(const FrameTimes& frame) const override;
 
   // Adds what another space's has seen.
@@ -66,10 +50,14 @@ class Facts final : public SpaceObserver {
   };
 
   void seeSpace(dxSpace* space, bool of_space);
-  bool seeGeom(dxGeom* geom, Kind kind);
+  bool seeGeom(dxGeom* geom, dReal step);
+  void seeMotion(const dxGeom* geom, const LastGeom& before, dReal step, double side,
+                 LastGeom& now);
   void note(Kind kind, const dxGeom* geom, double measure);
 
-  LastGeoms last_;
+  std::unordered_map<const dxGeom*, LastGeom> last_;
+  unsigned long long moving_frame_ = 1;  // of those before which any moved
+  bool all_stood_ = false;               // before the last frame
   std::array<Fact, kinds> facts_;
   // Frames; geoms of the space itself, and those without a body and still; pairs, and those that an
   // option leaves out, or that have a body at rest that is kept awake.

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
 

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "space/base/buffer.h"
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
 

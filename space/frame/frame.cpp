@@ -120,7 +120,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
     updateTouches(frame, pairs, narrow_phase);
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
-    narrow_phase.count(frame.stats);
+    frame.stats.contacts = narrow_phase.contacts();
     if (watchers_ && !call.scene.nested && watchers_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place)
         watchers_->see(pairs.list()[place].o1, pairs.list()[place].o2);
@@ -357,7 +357,7 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
   const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
-                                     call.lists.large->limit};
+                                     call.manual_cleanup, call.lists.large->limit};
   if (!last_stage_->prepare(of_frame, frame.stats)) return false;
   frame.clock.begin(Stage::report);
   noteStats(frame);  // should the callback throw, or collide again

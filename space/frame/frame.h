@@ -76,7 +76,8 @@ class LastStage {
   struct Pairs {
     const PairList& list;
     const Scene& scene;
-    int threads;         // that the space may use
+    int threads;  // that the space may use
+    bool manual_cleanup;
     const Pair*& limit;  // of reportPairs()
   };
 
@@ -127,7 +128,7 @@ class Pipeline {
   // A geom leaves its slot.
   void noteDeparture(dxGeom* geom, Slot slot) {
     complaints_.forget(geom);
-    TouchEvents::forget(geom);
+    PairEvents::forget(geom);
     if (events_) events_->removeGeom(slot);
   }
   // The slots of these geoms are about to be closed up.

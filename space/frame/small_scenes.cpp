@@ -12,7 +12,7 @@
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
 #include "space/geoms/pair_rule.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

@@ -11,7 +11,7 @@
 #include "space/frame/complaints.h"
 #include "space/frame/statistics.h"
 #include "space/frame/without_memory.h"
-#include "space/geoms/pack_rules.h"
+#include "space/geoms/pair_rule.h"
 #include "space/geoms/scene.h"
 #include "space/geoms/space_observer.h"
 #include "space/simd/kernels.h"

@@ -57,7 +57,7 @@ void TouchEvents::giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all)
 bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
                          const PackRules& rules, int threads) try {
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
-  chooseBit(geoms);
+  touching_ = PairEvents::touchingBit(geoms);
   takeOutlived(pairs);
   pairs.pool().reserveTouches();
   changed_.resizeDiscarding(pairs.pairs());
@@ -71,7 +71,6 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
   begun_.reserve(changed_.size() + begun_within_);
   ended_.reserve(ended);
   pairs.pool().reserve(begun_within_);
-  listPlacesBefore(pairs);
   writeOwn(geoms, pairs);
   writeWithin(pairs.pool());
   sortByPlace(begun_);
@@ -82,23 +81,12 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
   return false;
 }
 
-// By how deep the space is in others.
-void TouchEvents::chooseBit(const Buffer<dxGeom*>& geoms) {
-  unsigned depth = 0;
-  for (const dxGeom* const geom : geoms) {
-    if (!geom) continue;
-    for (const dxSpace* space = geom->parent_space; space; space = space->parent_space) ++depth;
-    break;
-  }
-  touching_ = lowest_touching << depth % 4;
-}
-
 void TouchEvents::takeOutlived(PairEvents& pairs) {
   Buffer<PairEvents::Event>& outlived = pairs.outlived();
   within_.reserve(within_.size() + outlived.size());
   for (const PairEvents::Event& pair : outlived) {
-    within_.push_back({pair.o1, pair.o2, pair.place, pair.number, false, true});
-    pairs.pool().touches()[pair.number] = PairNumbers::no_touch;
+    const Number place = std::exchange(pairs.pool().touches()[pair.number], PairNumbers::no_touch);
+    within_.push_back({pair.o1, pair.o2, place, pair.number, false, true});
     outlive_ = true;
   }
   outlived.resizeDiscarding(0);
@@ -150,16 +138,20 @@ void TouchEvents::noteTouches(const ContactPairs& contacts, const NarrowPhase& f
   changed_.resize(static_cast<std::size_t>(changed - changed_.data()));
 }
 
-// Lists those that change from the begin of the range on. Few do, so the loop has no branch.
+// Lists those that change from the begin of the range on, and notes the places of those that go on.
+// There is no branch, as it could not be predicted.
 template <class Touches>
 std::size_t TouchEvents::noteRange(const Range& range, PairEvents& pairs, Touches is_touching) {
   const Number* const numbers = pairs.numbers();
-  const PairNumbers::Touch* const touches = pairs.pool().touches().data();
+  Number* const touches = pairs.pool().touches().data();
   Number* const begin = changed_.data() + range.begin;
   Number* changed = begin;
   for (std::size_t place = range.begin; place < range.end; ++place) {
+    Number& touch = touches[numbers[place]];
+    const bool is = is_touching(place), was = touch != PairNumbers::no_touch;
     *changed = static_cast<Number>(place);
-    changed += is_touching(place) != (touches[numbers[place]] != PairNumbers::no_touch);
+    changed += is != was;
+    touch ^= (touch ^ static_cast<Number>(place)) & -static_cast<Number>(is & was);
   }
   return static_cast<std::size_t>(changed - begin);
 }
@@ -274,23 +266,13 @@ std::uintptr_t& TouchEvents::leftOf(const dxGeom* geom) {
   }
 }
 
-// Where own pairs were whose touches end while they last.
-void TouchEvents::listPlacesBefore(PairEvents& pairs) {
-  Buffer<PairNumbers::Touch>& touches = pairs.pool().touches();
-  places_before_.resizeDiscarding(touches.size());
-  bool any = false;
-  for (const Number place : changed_) {
-    PairNumbers::Touch& touch = touches[pairs.numbers()[place]];
-    if (touch == PairNumbers::no_touch) continue;
-    touch = PairNumbers::ending_touch;
-    any = true;
-  }
-  if (any) pairs.listPlacesBefore(places_before_);
-}
-
 // There is room for all events and numbers.
 void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
-  Buffer<PairNumbers::Touch>& touches = pairs.pool().touches();
+  Buffer<Number>& touches = pairs.pool().touches();
+  const auto end = [&](const PairEvents::Event& pair) {
+    const Number place = std::exchange(touches[pair.number], PairNumbers::no_touch);
+    ended_.push_back({pair.o1, pair.o2, place, pair.number});
+  };
   const Number* again = again_.begin();
   for (const Number place : changed_) {
     if (again < again_.end() && *again == place) {
@@ -300,20 +282,15 @@ void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
     const Number number = pairs.numbers()[place];
     const Pair pair = pairs.list()[place];
     dxGeom *const o1 = geoms[earlierOf(pair)], *const o2 = geoms[laterOf(pair)];
-    if (touches[number] == PairNumbers::ending_touch) {
-      ended_.push_back({o1, o2, places_before_[number], number});
-      touches[number] = PairNumbers::no_touch;
+    if (touches[number] != PairNumbers::no_touch) {
+      end({o1, o2, 0, number});
     } else {
       begun_.push_back({o1, o2, place, number});
-      touches[number] = PairNumbers::touch;
-      note(o1, o2);
+      touches[number] = place;
     }
   }
-  for (const PairEvents::Event& pair : pairs.ended()) {
-    if (touches[pair.number] == PairNumbers::no_touch) continue;
-    ended_.push_back(pair);
-    touches[pair.number] = PairNumbers::no_touch;
-  }
+  for (const PairEvents::Event& pair : pairs.ended())
+    if (touches[pair.number] != PairNumbers::no_touch) end(pair);
 }
 
 void TouchEvents::writeWithin(PairNumbers& pool) {
@@ -326,7 +303,8 @@ void TouchEvents::writeWithin(PairNumbers& pool) {
     if (touch.lasts) continue;
     touch.number = pool.take();
     begun_.push_back({touch.o1, touch.o2, touch.place, touch.number});
-    note(touch.o1, touch.o2);
+    touch.o1->gflags |= touching_;
+    touch.o2->gflags |= touching_;
   }
   std::swap(within_, next_within_);
 }
@@ -336,7 +314,6 @@ void TouchEvents::release() {
   ended_.release();
   own_.release();
   again_.release();
-  places_before_.release();
   changed_.release();
   changed_counts_.release();
   table_.release();

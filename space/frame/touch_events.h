@@ -33,9 +33,6 @@ class TouchEvents {
   // No more frames come.
   void end(PairEvents& pairs);
 
-  // The geom leaves a space: at its address another one may come.
-  static void forget(dxGeom* geom) { geom->gflags &= ~(nested_spaces * lowest_touching); }
-
   const Buffer<PairEvents::Event>& begun() const { return begun_; }
   const Buffer<PairEvents::Event>& ended() const { return ended_; }
   // Whether the last frame had no contacts.
@@ -43,15 +40,12 @@ class TouchEvents {
 
   void release();
   std::size_t bytes() const {
-    return bytesOf(begun_, ended_, changed_, changed_counts_, own_, again_, places_before_, within_,
-                   next_within_, table_, left_);
+    return bytesOf(begun_, ended_, changed_, changed_counts_, own_, again_, within_, next_within_,
+                   table_, left_);
   }
 
  private:
   using Number = PairEvents::Number;
-  // fixed: in gflags, where ODE uses the lower bits. Geoms that a space has seen to touch have its
-  // bit: one of four, so that spaces in spaces have their own.
-  static constexpr int lowest_touching = 1 << 20, nested_spaces = 15;
 
   // A touch that is no pair's.
   struct Within {
@@ -65,7 +59,6 @@ class TouchEvents {
     }
   };
 
-  void chooseBit(const Buffer<dxGeom*>& geoms);
   void takeOutlived(PairEvents& pairs);
   void listTouches(const ContactPairs& contacts, const NarrowPhase& found, const PairEvents& pairs);
   void noteTouches(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
@@ -79,13 +72,8 @@ class TouchEvents {
   void markPresent(dxGeom* geom);
   std::uintptr_t& leftOf(const dxGeom* geom);
   dxGeom* ifPresent(dxGeom* geom) { return leftOf(geom) & present ? geom : nullptr; }
-  void listPlacesBefore(PairEvents& pairs);
   void writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
   void writeWithin(PairNumbers& pool);
-  void note(dxGeom* o1, dxGeom* o2) {
-    o1->gflags |= touching_;
-    o2->gflags |= touching_;
-  }
   static void giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all);
 
   Buffer<PairEvents::Event> begun_, ended_;
@@ -94,12 +82,11 @@ class TouchEvents {
   Buffer<Number> changed_, again_;
   Buffer<bool> own_;
   Buffer<std::size_t> changed_counts_;   // by chunk
-  Buffer<std::size_t> places_before_;    // by number
   Buffer<Within> within_, next_within_;  // between two updates, next_within_ holds the last ones
   bool outlive_ = false;                 // any of within_
   Buffer<std::uint32_t> table_;          // of touches within, by their geoms
   std::size_t begun_within_ = 0, ended_within_ = 0;
-  int touching_ = lowest_touching;  // the bit of this space
+  int touching_ = 0;  // the bit of this space
   // Addresses of geoms whose touches ended, by their hash; with the bit if they are in the space.
   static constexpr std::uintptr_t present = 1;
   Buffer<std::uintptr_t> left_;

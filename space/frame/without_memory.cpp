@@ -7,9 +7,9 @@
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
-#include "space/pairs/box_classes.h"
+#include "space/pairs/cell_order.h"
 #include "space/pairs/cell_trees.h"
 #include "space/simd/kernels.h"
 

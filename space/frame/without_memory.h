@@ -3,7 +3,7 @@
 
 #include "space/base/pair_list.h"
 #include "space/frame/statistics.h"
-#include "space/geoms/pack_rules.h"
+#include "space/geoms/pair_rule.h"
 #include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {

@@ -1,8 +1,9 @@
-#include "space/geoms/edits.h"
+#include "space/geoms/scene.h"
 
 #include <algorithm>
 #include <atomic>
 #include <iterator>
+#include <mutex>
 #include <new>
 #include <typeinfo>
 
@@ -39,17 +40,31 @@ bool Edits::isFresh(const Tracked& tracked) {
          });
 }
 
-// The number that a geom got from the scan that first saw it; 0: none has. It is in gflags, of
-// which ODE uses the lower bits and sets all when it makes a geom.
-unsigned Edits::identityOf(const dxGeom* geom) {
-  return static_cast<unsigned>(geom->gflags) >> identity_shift & most_identities;
-}
+// A geom without the flag is new at its address: ODE sets all of gflags when it makes a geom, and
+// uses the lower bits. Many threads use it, each for geoms of its own.
+class Edits::Identities {
+ public:
+  std::uint64_t of(dxGeom* geom) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::uint64_t& number = numbers_[geom];
+    if (!(geom->gflags & flag) || number == 0) number = ++last_;
+    geom->gflags |= flag;
+    return number;
+  }
 
-unsigned Edits::identify(dxGeom* geom) {
-  static std::atomic<unsigned> identities{0};
-  const unsigned identity = 1 + identities.fetch_add(1) % most_identities;
-  geom->gflags |= static_cast<int>(identity << identity_shift);
-  return identity;
+ private:
+  static constexpr int flag = 1 << 24;
+  std::mutex mutex_;
+  std::unordered_map<const dxGeom*, std::uint64_t> numbers_;
+  std::uint64_t last_ = 0;
+};
+
+Edits::Tables::Tables() {
+  static std::mutex mutex;
+  static std::weak_ptr<Identities> shared;
+  const std::lock_guard<std::mutex> lock(mutex);
+  identities = shared.lock();
+  if (!identities) shared = identities = std::make_shared<Identities>();
 }
 
 // Calls change(tracked), which may take place already, once the sub-space's geoms are known.
@@ -79,8 +94,7 @@ void Edits::noteCame(const Geoms& geoms, Slot slot, dxGeom* geom) {
     if (geom->type < 0 || IS_SPACE(geom))
       tracked.stale = true;
     else
-      tables_->known[geom] = {slot, tracked.scan,
-                              identityOf(geom) ? identityOf(geom) : identify(geom), now_};
+      tables_->known[geom] = {slot, tracked.scan, tables_->identities->of(geom), now_};
   });
 }
 
@@ -114,10 +128,10 @@ void Edits::scanWithin(Slot slot, dxSpace* space, Tracked& tracked, std::uint64_
     }
     if (geom->type < 0) tracked.stale = true;  // it is being made, and may be a space
     Known& known = tables_->known[geom];
-    const unsigned identity = identityOf(geom);
-    const bool stayed = identity && known.identity == identity && known.slot == slot &&
-                        known.scan > 0 && known.scan + 1 == tracked.scan;
-    known = {slot, tracked.scan, identity ? identity : identify(geom), stayed ? known.came : came};
+    const std::uint64_t identity = tables_->identities->of(geom);
+    const bool stayed = known.identity == identity && known.slot == slot && known.scan > 0 &&
+                        known.scan + 1 == tracked.scan;
+    known = {slot, tracked.scan, identity, stayed ? known.came : came};
   }
 }
 

@@ -6,9 +6,8 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 #include "space/base/parallel.h"
-#include "space/base/slot_set.h"
 #include "space/geoms/geom_packer.h"
 
 namespace ode_parallel_sap {

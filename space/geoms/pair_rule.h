@@ -1,15 +1,36 @@
 // Which two geoms are a pair, by pointer: the last word where boxes cannot decide. Kernels and
-// devices test the same on packed bits and bodies (space/base/packed_pair_rule.h).
+// devices test the same on packed bits and bodies (space/base/pair_list.h).
 #pragma once
+
+#include <ode/ode.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "space/geoms/geom_tests.h"
-#include "space/geoms/pack_rules.h"
 
 namespace ode_parallel_sap {
+
+struct PackRules {
+  bool skip_static = false;  // no pairs of geoms without bodies
+  bool skip_asleep = false;  // no pairs whose bodies are all disabled
+  bool cull_planes = false;  // pairs of planes only with what reaches their half-space
+  bool notified = false;     // what ODE does not tell a space of, the program does
+  bool checked = false;      // whether it does is looked at in every frame
+  dReal tolerance = 0;       // how far apart boxes of a pair may be
+
+  // Whether pairs are left out by what geoms are, which may change unannounced.
+  bool skip() const { return skip_static || skip_asleep; }
+  // Whether every frame asks the geoms of all candidates for that.
+  bool verified() const { return skip() && !notified; }
+
+  bool operator==(const PackRules& other) const {
+    return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&
+           cull_planes == other.cull_planes && notified == other.notified &&
+           checked == other.checked && tolerance == other.tolerance;
+  }
+};
 
 // ODE's own rules.
 

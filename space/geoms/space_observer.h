@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "space/geoms/pack_rules.h"
+#include "space/geoms/pair_rule.h"
 #include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {

@@ -4,9 +4,8 @@
 #include <cstring>
 
 #include "space/base/floating_point.h"
-#include "space/geoms/edits.h"
 #include "space/geoms/geom_update.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

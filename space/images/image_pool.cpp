@@ -11,7 +11,7 @@
 
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
-#include "space/contacts/thread_colliders.h"
+#include "space/contacts/collider_threads.h"
 #include "space/images/ode_image.h"
 
 namespace ode_parallel_sap {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "space/contacts/thread_colliders.h"
+#include "space/contacts/collider_threads.h"
 #include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {

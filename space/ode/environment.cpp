@@ -13,9 +13,9 @@
 #include <string>
 #include <string_view>
 
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
+#include "space/base/parallel.h"
 #include "space/base/platform.h"
-#include "space/base/team.h"
 #include "space/finders/device_backend.h"
 #include "space/simd/kernels.h"
 
@@ -174,7 +174,7 @@ Settings settingsFromEnvironment() {
   int megabytes = 0;
   readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", megabytes);
   most_list_bytes.store(std::uint64_t(megabytes) << 20, std::memory_order_relaxed);
-  // Nor is this: makes teams of little work, see team.h.
+  // Nor is this: makes teams of little work, see parallel.h.
   int grain = 0;
   readCount("ODE_PARALLEL_SAP_TEST_GRAIN", grain);
   if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);

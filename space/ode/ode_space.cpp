@@ -673,54 +673,52 @@ NestedTrees ParallelSAPSpace::nestedTrees(std::size_t queries) const {
   return nested;
 }
 
-std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
+// Calls find(scene, tree, way, lists, nested) for a batch of queries.
+template <class Lists, class Find>
+std::size_t ParallelSAPSpace::runBatch(std::size_t count, std::unique_ptr<Lists> Workspace::*own,
+                                       Find find) {
   const SpannedCall call(*this, Use::query);
   if (!call.isGuest()) {
     checkSilent();
     cleanFew();
   }
-  const RayWay way = {
-      call.isGuest() ? 1 : teamFor(request.count, grains::cast_rays, threadsFor(settings_)),
-      getManualCleanup() != 0, /*trees=*/true, call.isGuest(), query_filter_};
-  const Clock::time_point begin = Clock::now();
+  const BatchWay way = {call.isGuest() ? 1 : threadsFor(settings_), getManualCleanup() != 0,
+                        call.isGuest(), query_filter_};
   const Scene all = scene(/*nested=*/true, reportsOf(call));
-  std::size_t hits = 0;
+  std::size_t found = 0;
   with(treeOf(call), [&](GeomTree& tree) {
-    with(call.lists(&Workspace::rays), [&](RayLists& lists) {
-      hits = ode_parallel_sap::castRays(all, tree, request, way, lists, nestedTrees(request.count));
-    });
+    with(call.lists(own),
+         [&](Lists& lists) { found = find(all, tree, way, lists, nestedTrees(count)); });
   });
+  return found;
+}
+
+std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
+  const Clock::time_point begin = Clock::now();
+  const auto cast = [&](const Scene& scene, GeomTree& tree, const BatchWay& way, RayLists& lists,
+                        NestedTrees nested) {
+    return ode_parallel_sap::castRays(scene, tree, request, way, lists, std::move(nested));
+  };
+  const std::size_t hits = runBatch(request.count, &Workspace::rays, cast);
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
 }
 
-std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
-  const SpannedCall call(*this, Use::query);
-  if (!call.isGuest()) {
-    checkSilent();
-    cleanFew();
-  }
-  const auto prepare = [this](dxGeom* geom) {
+std::size_t ParallelSAPSpace::findOverlaps(OverlapRequest request) {
+  const Clock::time_point begin = Clock::now();
+  request.swept = any_swept.load(std::memory_order_relaxed);
+  request.prepare = [this](dxGeom* geom) {
     require(geom && !IS_SPACE(geom), "a probe is a geom, no space", "dParallelSAPSpaceOverlaps");
     updateOther(geom);
     updateAABB(geom);
     if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
   };
-  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_),
-                          getManualCleanup() != 0,
-                          call.isGuest(),
-                          any_swept.load(std::memory_order_relaxed),
-                          prepare,
-                          query_filter_};
-  const Clock::time_point begin = Clock::now();
-  const Scene all = scene(/*nested=*/true, reportsOf(call));
-  std::size_t overlaps = 0;
-  with(treeOf(call), [&](GeomTree& tree) {
-    with(call.lists(&Workspace::overlaps), [&](OverlapLists& lists) {
-      overlaps = ode_parallel_sap::findOverlaps(all, tree, settings_.rules, request, way, lists,
-                                                nestedTrees(request.count));
-    });
-  });
+  const auto find = [&](const Scene& scene, GeomTree& tree, const BatchWay& way,
+                        OverlapLists& lists, NestedTrees nested) {
+    return ode_parallel_sap::findOverlaps(scene, tree, settings_.rules, request, way, lists,
+                                          std::move(nested));
+  };
+  const std::size_t overlaps = runBatch(request.count, &Workspace::overlaps, find);
   pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));
   return overlaps;
 }

@@ -9,15 +9,14 @@
 #include <utility>
 
 #include "space/frame/frame.h"
-#include "space/frame/memory_watch.h"
 #include "space/frame/policy.h"
 #include "space/geoms/ode_private.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 #include "space/geoms/space_observer.h"
 #include "space/ode/silent_geoms.h"
 #include "space/ode/swept_bounds.h"
 #include "space/ode/workspace.h"
-#include "space/queries/geom_queries.h"
+#include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
 
@@ -41,7 +40,7 @@ class ParallelSAPSpace : public dxSpace {
   void collideContacts(const ContactRequest& request);
   void collidePairs(const PairsRequest& request);
   std::size_t castRays(const RayRequest& request);
-  std::size_t findOverlaps(const OverlapRequest& request);
+  std::size_t findOverlaps(OverlapRequest request);
   // Calls visit(mesh) for all meshes in it, at any depth. Whether there are stock spaces in it.
   template <class Visit>
   bool forMeshes(Visit visit) {
@@ -110,6 +109,8 @@ class ParallelSAPSpace : public dxSpace {
   inline GeomTree* treeOf(const Use& use);
   template <class Collide>
   void runFrame(Collide collide);
+  template <class Lists, class Find>
+  std::size_t runBatch(std::size_t count, std::unique_ptr<Lists> Workspace::*own, Find find);
   void closeSlots();
   void noteMayBeSilent(Slot slot);
   void noteSwept();

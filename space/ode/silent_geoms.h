@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/slot_set.h"
 
 struct dxGeom;
 struct dxSpace;

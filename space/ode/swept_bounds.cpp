@@ -6,7 +6,7 @@
 #include "space/base/floating_point.h"
 #include "space/geoms/geom_sides.h"
 #include "space/geoms/geom_tests.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

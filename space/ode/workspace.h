@@ -8,7 +8,7 @@
 
 #include "space/base/buffer.h"
 #include "space/frame/frame.h"
-#include "space/queries/geom_queries.h"
+#include "space/queries/geom_tree.h"
 #include "space/rays/overlap_finder.h"
 #include "space/rays/ray_caster.h"
 

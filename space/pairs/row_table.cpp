@@ -22,20 +22,12 @@ constexpr std::size_t most_chunks = 256;
 constexpr int least_chunk_bits = 9;  // fixed: slots of a chunk, enough for one thread
 constexpr std::size_t most_row_pairs = ~std::uint32_t{0};  // of a chunk, as rows end at words
 
-}  // namespace
-
-void RowTable::Space::start(std::size_t slots, int bits) {
-  chunk_bits = bits;
-  const std::size_t chunks = (slots >> bits) + 1;
-  ends.resizeDiscarding(chunks);
-  std::fill(ends.begin(), ends.end(), nullptr);
-  block_counts.resizeDiscarding(chunks);
-  std::fill(block_counts.begin(), block_counts.end(), 0);
-  next = ends.data();
-  storage_used = room = 0;
-  const std::size_t mark_words = slots / 64 + 1;
-  slot_marks.growTo(mark_words + mark_words / 64 + 1, 0);
+// Fewer than one in so many slots are sorted by comparisons. A round number.
+bool areFew(std::size_t pairs, std::size_t slots) {
+  return 8 * pairs < slots;
 }
+
+}  // namespace
 
 std::uint64_t* RowTable::Space::addBlock(std::size_t chunk) {
   if (room == 0) {
@@ -78,11 +70,21 @@ void RowTable::Space::forPairs(std::size_t chunk, Use use) const {
 
 void RowTable::start(std::size_t slots, int threads) {
   slots_ = slots;
-  while (spaces_.size() < static_cast<std::size_t>(threads))
-    spaces_.push_back(std::make_unique<Space>());
   chunk_bits_ = least_chunk_bits;
   while (slots >> chunk_bits_ >= most_chunks) ++chunk_bits_;
-  for (int thread = 0; thread < threads; ++thread) spaces_[thread]->start(slots, chunk_bits_);
+  const std::size_t chunks = (slots >> chunk_bits_) + 1, mark_words = slots / 64 + 1;
+  for (std::size_t thread = 0; thread < static_cast<std::size_t>(threads); ++thread) {
+    if (thread == spaces_.size()) spaces_.push_back(std::make_unique<Space>());
+    Space& space = *spaces_[thread];
+    space.chunk_bits = chunk_bits_;
+    space.ends.resizeDiscarding(chunks);
+    std::fill(space.ends.begin(), space.ends.end(), nullptr);
+    space.block_counts.resizeDiscarding(chunks);
+    std::fill(space.block_counts.begin(), space.block_counts.end(), 0);
+    space.next = space.ends.data();
+    space.storage_used = space.room = 0;
+    space.slot_marks.growTo(mark_words + mark_words / 64 + 1, 0);
+  }
 }
 
 // Returns whether a pair may be borderline.
@@ -93,6 +95,16 @@ bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& spa
   const auto forPairs = [&](auto use) {
     for (int thread = 0; thread < threads; ++thread) spaces_[thread]->forPairs(chunk, use);
   };
+  if (areFew(static_cast<std::size_t>(end - begin), slots)) {
+    const Pair mark = exact ? 0 : 1;
+    Pair any = 0, *to = begin;
+    forPairs([&](std::uint64_t pair) {
+      any |= pair & mark;
+      *to++ = pair >> 33 << 32 | (pair & 0xffffffff) >> 1 | (pair & mark) << 63;
+    });
+    std::sort(begin, end, [](Pair a, Pair b) { return a << 1 < b << 1; });
+    return any;
+  }
   space.row_ends.resizeDiscarding(slots + 1);
   std::uint32_t* const ends = space.row_ends.data();  // until rows are filled, where they begin
   std::fill_n(ends, slots + 1, 0);
@@ -115,17 +127,19 @@ bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& spa
 int RowTable::writePairs(bool exact, int threads, const PairTest* test, PairList& pairs) {
   const std::size_t chunks = (slots_ + (std::size_t{1} << chunk_bits_) - 1) >> chunk_bits_;
   chunk_begin_.resizeDiscarding(chunks + 1);
-  std::size_t count = 0;
+  std::size_t count = 0, rows = 0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
     chunk_begin_[chunk] = count;
     for (int thread = 0; thread < threads; ++thread) count += spaces_[thread]->pairsOf(chunk);
+    const std::size_t slots = std::size_t{1} << chunk_bits_;
+    rows += areFew(count - chunk_begin_[chunk], slots) ? 0 : slots;
   }
   chunk_begin_[chunks] = count;
   pairs.clear(1);
   pairs.parts[0].resizeDiscarding(count);
   Pair* const written = pairs.parts[0].data();
   chunks_.resizeDiscarding(chunks);
-  const int team = teamFor(count + slots_, grains::moved_pairs, threads);
+  const int team = teamFor(count + rows, grains::moved_pairs, threads);
   const int used = runChunks(
       writing, team, chunks, 1,
       [&](const Range& range, int thread) {

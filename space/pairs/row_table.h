@@ -20,15 +20,24 @@ class RowTable {
   void start(std::size_t slots, int threads);
   // Where a kernel of that thread puts pairs.
   RowSpace& space(int thread) { return *spaces_[thread]; }
+  // Adds a pair, which may be marked as borderline, on that thread.
+  void add(int thread, Pair pair) {
+    Space& space = *spaces_[thread];
+    const std::size_t chunk = earlierOf(pair) >> chunk_bits_;
+    std::uint64_t* to = space.ends[chunk];
+    if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0) to = space.addBlock(chunk);
+    *to = Pair{earlierOf(pair)} << 33 | Pair{laterOf(pair)} << 1 | Pair{isMarkedBorderline(pair)};
+    space.ends[chunk] = to + 1;
+  }
   // Leaves the pairs that so many threads found and that the test keeps, in order, in the first
-  // part of `pairs`. Returns the number of threads used.
+  // part of `pairs`; unless `exact`, borderline ones may be marked. Returns the number of threads
+  // used.
   int writePairs(bool exact, int threads, const PairTest* test, PairList& pairs);
   std::size_t bytes() const { return bytesOf(spaces_, chunk_begin_, chunks_); }
 
  private:
   // A thread's own storage.
   struct alignas(64) Space final : RowSpace {
-    void start(std::size_t slots, int bits);
     std::uint64_t* addBlock(std::size_t chunk) override;
     std::size_t pairsOf(std::size_t chunk) const;
     template <class Use>

@@ -3,11 +3,10 @@
 
 #include <vector>
 
-#include "space/base/back_off.h"
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/pair_finder.h"
-#include "space/base/slot_set.h"
+#include "space/base/pair_list.h"
+#include "space/base/tuning.h"
 #include "space/pairs/cell_order.h"
 #include "space/pairs/cell_trees.h"
 #include "space/pairs/row_table.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "space/base/floating_point.h"
-#include "space/base/packed_pair_rule.h"
+#include "space/base/pair_list.h"
 #include "space/base/parallel.h"
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
@@ -129,7 +129,7 @@ void AxisLists::reserveLists() {
 
 // The pairs [begin, end) of the fullest axis that the others hold, too.
 void AxisLists::meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin,
-                     std::uint64_t end, Buffer<Pair>& found) const {
+                     std::uint64_t end, int thread) {
   const AxisRows &first = rows_[axes.fullest], &second = rows_[axes.second],
                  &third = rows_[axes.third];
   forRows(first, begin, end, [&](std::uint32_t row, std::uint64_t place, std::uint64_t row_end) {
@@ -140,7 +140,7 @@ void AxisLists::meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t 
           !holds(third, lists_[axes.third].data(), a, b))
         continue;
       Pair pair;
-      if (writePair(boxes, a, b, &pair) != &pair) found.push_back(pair);
+      if (writePair(boxes, a, b, &pair) != &pair) found_.add(thread, pair);
     }
   });
 }
@@ -164,13 +164,12 @@ int AxisLists::find(const BoxSet& boxes, int threads, PairList& pairs, const Pai
               });
   }
 
-  clearForTeam(found_, threads);
+  found_.start(boxes.size, threads);
   const std::size_t chunk = chunkOf(count, chunk_pairs, threads);
   const int used = runChunks(meeting, threads, count, chunk, [&](const Range& range, int thread) {
-    meet(boxes, axes, range.begin, range.end, found_[thread]);
+    meet(boxes, axes, range.begin, range.end, thread);
   });
-  sortPairs(found_, boxes.size, threads, scratch_, pairs);
-  pairs.decide(test, threads);
+  found_.writePairs(boxes.exact, threads, test, pairs);
   return used;
 }
 

@@ -3,12 +3,11 @@
 
 #include <cstdint>
 #include <utility>
-#include <vector>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/pair_finder.h"
-#include "space/pairs/pair_sort.h"
+#include "space/base/pair_list.h"
+#include "space/pairs/row_table.h"
 
 namespace ode_parallel_sap {
 
@@ -67,17 +66,16 @@ class AxisLists final : public PairFinder {
   // Throws ListsTooLong, with the boxes sorted and no memory taken for pairs.
   using PairFinder::find;
   int find(const BoxSet& boxes, int threads, PairList& pairs, const PairTest* test) override;
-  std::size_t bytes() const override { return bytesOf(rows_, lists_, found_, scratch_); }
+  std::size_t bytes() const override { return bytesOf(rows_, lists_, found_); }
 
  private:
   void reserveLists();
   void meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin, std::uint64_t end,
-            Buffer<Pair>& found) const;
+            int thread);
 
   AxisRows rows_[3];
   Buffer<Slot> lists_[3];
-  std::vector<Buffer<Pair>> found_;  // one a thread
-  Buffer<Pair> scratch_;             // to sort with
+  RowTable found_;
 };
 
 }  // namespace ode_parallel_sap

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "space/base/buffer.h"
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 #include "space/pairs/cell_trees.h"
 
 namespace ode_parallel_sap {

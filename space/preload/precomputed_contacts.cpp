@@ -5,7 +5,6 @@
 #include <new>
 #include <type_traits>
 
-#include "space/base/parallel.h"
 #include "space/base/platform.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
@@ -17,8 +16,6 @@ std::atomic<bool> PrecomputedContacts::stopped_{false};
 thread_local PrecomputedContacts* PrecomputedContacts::reporting_now_ = nullptr;
 
 namespace {
-
-Region precomputing("contacts: precomputed pairs");
 
 constexpr int needs_update = GEOM_DIRTY | GEOM_POSR_BAD;
 // fixed: a pair with more contacts is not answered, since room for so many is marked for every
@@ -96,66 +93,35 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, dParallelSAPStats& stats) 
 
 void PrecomputedContacts::release() {
   list_ = Buffer<dParallelSAPPair>();
-  found_ = Buffer<Found>();
-  shares_.clear();
+  kinds_ = Buffer<Kind>();
+  narrow_phase_ = NarrowPhase();
 }
 
 void PrecomputedContacts::collide(const Pairs& pairs, dParallelSAPStats& stats) {
   listPairs(pairs.list, pairs.scene.slots.data(), pairs.threads, list_);
-  found_.resizeDiscarding(list_.size());
-  const int team = teamFor(list_.size(), grains::collided_pairs, pairs.threads);
-  shares_.resize(std::max(shares_.size(), static_cast<std::size_t>(team)));
-  for (Share& share : shares_) {
-    share.contacts.resizeDiscarding(0);
-    share.pairs = share.apart = 0;
-  }
-  const int used = runChunks(
-      precomputing, team, list_.size(), most_apart_pairs,
-      [&](Range range, int thread) { collideChunk(range.begin, range.end, thread); }, team);
-  for (const Share& share : shares_) {
-    stats.contacts += share.contacts.size();
-    stats.apart += share.apart;
-    last_.precomputed += share.pairs;
-  }
+  kinds_.resizeDiscarding(list_.size());
+  ContactRequest request = {this, 0, {}};
+  request.flags_at = [](void* self, std::size_t place, const dParallelSAPPair& pair) {
+    return static_cast<PrecomputedContacts*>(self)->flagsAt(place, pair);
+  };
+  request.prepare = [](dContactGeom* contacts, int count) {
+    for (int i = 0; i < std::min<int>(count, most_contacts); ++i)
+      for (dReal* const fourth : {&contacts[i].pos[3], &contacts[i].normal[3]})
+        std::memcpy(fourth, &unwritten, sizeof unwritten);
+  };
+  const int used = narrow_phase_.run(list_, request, pairs.threads, pairs.manual_cleanup);
+  stats.contacts = narrow_phase_.contacts();
+  last_.precomputed =
+      list_.size() - static_cast<std::size_t>(std::count(kinds_.begin(), kinds_.end(), kinds));
   if (last_.precomputed) stats.narrow_threads = used;
 }
 
-void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int thread) {
-  Share& share = shares_[static_cast<std::size_t>(thread)];
-  std::uint32_t wanted = 0;
-  for (std::size_t place = begin; place < end; ++place) {
-    if (place + 2 * pairs_ahead < list_.size())
-      prefetchPairs(list_[place + pairs_ahead], list_[place + 2 * pairs_ahead]);
-    const auto [o1, o2] = list_[place];
-    found_[place] = {};
-    const std::uint16_t kind = kindOf(o1, o2);
-    if (kind == kinds || habits_[kind].flags == 0) continue;
-    found_[place] = {0, 0, static_cast<std::uint16_t>(thread), kind};
-    wanted |= std::uint32_t{1} << (place - begin);
-    ++share.pairs;
-  }
-  const ApartBoxes boxes = certainlyApart(&list_[begin], end - begin, wanted);
-  share.apart += boxes.count();
-  wanted &= ~boxes.apart;
-  for (; wanted; wanted &= wanted - 1)
-    collidePair(begin + static_cast<std::size_t>(__builtin_ctz(wanted)), thread);
-}
-
-void PrecomputedContacts::collidePair(std::size_t place, int thread) {
-  Buffer<dContactGeom>& contacts = shares_[static_cast<std::size_t>(thread)].contacts;
-  Found& found = found_[place];
-  const int flags = habits_[found.kind].flags;
-  found.first = contacts.size();
-  contacts.resize(found.first + static_cast<std::size_t>(flags));
-  dContactGeom* const own = contacts.data() + found.first;
-  for (int i = 0; i < std::min<int>(flags, most_contacts); ++i)
-    for (dReal* const fourth : {&own[i].pos[3], &own[i].normal[3]})
-      std::memcpy(fourth, &unwritten, sizeof unwritten);
-  const auto collide = ode_collide.load(std::memory_order_relaxed);
-  const int count = collide(list_[place].o1, list_[place].o2, flags, own, sizeof *own);
-  found.count = static_cast<std::uint32_t>(count);
-  if (found.count > most_contacts) found.thread = nobody;
-  contacts.resize(found.first + found.count);
+// On any thread. With 0 the pair is not collided.
+int PrecomputedContacts::flagsAt(std::size_t place, const dParallelSAPPair& pair) {
+  const Kind kind = kindOf(pair.o1, pair.o2);
+  const int flags = kind == kinds ? 0 : habits_[kind].flags;
+  kinds_[place] = flags ? kind : kinds;
+  return flags;
 }
 
 // The kind of a pair is its two classes and which of its geoms have bodies; it is `kinds` if the
@@ -169,7 +135,7 @@ void PrecomputedContacts::collidePair(std::size_t place, int thread) {
 // rays change without a trace, other classes are the program's.) Not planes: handing out the
 // contacts of a pair takes some 300 instructions and ODE's colliders with a plane 50 to 300
 // (callgrind). Geoms of one body are not collided while they are that.
-std::uint16_t PrecomputedContacts::kindOf(const dxGeom* o1, const dxGeom* o2) {
+PrecomputedContacts::Kind PrecomputedContacts::kindOf(const dxGeom* o1, const dxGeom* o2) {
   constexpr int classes = dCylinderClass + 1;
   static_assert(dSphereClass == 0 && classes == 4, "spheres to cylinders come first");
   static_assert(kinds == classes * classes * 4, "with or without two bodies");
@@ -178,7 +144,7 @@ std::uint16_t PrecomputedContacts::kindOf(const dxGeom* o1, const dxGeom* o2) {
   };
   if (!isKnown(o1) || !isKnown(o2) || (o1->body && o1->body == o2->body)) return kinds;
   const int bodies = (o1->body ? 1 : 0) + (o2->body ? 2 : 0);
-  return static_cast<std::uint16_t>((o1->type * classes + o2->type) * 4 + bodies);
+  return static_cast<Kind>((o1->type * classes + o2->type) * 4 + bodies);
 }
 
 void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* callback) {
@@ -200,8 +166,8 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
     geoms_ = {a, b};
     next_place_ = place + 1;
     const std::size_t later = place + prefetch_distance;
-    if (later < list_.size() && found_[later].count && found_[later].thread != nobody)
-      prefetch(shares_[found_[later].thread].contacts.data() + found_[later].first);
+    if (later < list_.size() && narrow_phase_.touches(later))
+      prefetch(narrow_phase_.contactsOf(later).data);
     const std::size_t kind = anyChanged() ? kinds : kindOf(a, b);
     if (kind < habits_.size()) ++habits_[kind].pairs;
     callback(data, a, b);
@@ -248,7 +214,7 @@ std::size_t PrecomputedContacts::placeBehind(const dxGeom* o1, const dxGeom* o2)
 // Most programs collide the pair that is reported.
 int PrecomputedContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts,
                                    int skip) {
-  const std::uint16_t kind = kindOf(o1, o2);
+  const Kind kind = kindOf(o1, o2);
   if (kind >= habits_.size()) return -1;
   // With CONTACTS_UNIMPORTANT some of ODE's colliders fail: nobody is to call one in vain.
   if (flags == (flags & 0xffff)) habits_[kind].vote(flags);
@@ -259,12 +225,13 @@ int PrecomputedContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGe
   if (skip < static_cast<int>(sizeof(dContactGeom)) || !contacts) return -1;
   if ((o1->gflags | o2->gflags) & needs_update) return -1;
   if (differs(mode_, currentMode()) || stopped_.load(std::memory_order_relaxed)) return -1;
-  const Found& found = found_[place];
-  if (found.thread == nobody || found.kind != kind) return -1;
-  const dContactGeom* const own = shares_[found.thread].contacts.data() + found.first;
-  for (std::uint32_t i = 0; i < found.count; ++i)
-    copyWritten(own[i], *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
-                                                         static_cast<std::ptrdiff_t>(i) * skip));
+  if (kinds_[place] != kind) return -1;
+  const NarrowPhase::Contacts found = narrow_phase_.contactsOf(place);
+  if (found.count > most_contacts) return -1;
+  for (std::size_t i = 0; i < found.count; ++i)
+    copyWritten(found.data[i],
+                *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
+                                                 static_cast<std::ptrdiff_t>(i) * skip));
   if (place >= next_answer_) {
     ++last_.used;
     last_.contacts += found.count;

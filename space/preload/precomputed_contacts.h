@@ -9,10 +9,10 @@
 #include <unordered_set>
 #include <vector>
 
-#include "space/base/back_off.h"
 #include "space/base/buffer.h"
 #include "space/base/floating_point.h"
 #include "space/base/tuning.h"
+#include "space/contacts/narrow_phase.h"
 #include "space/frame/frame.h"
 #include "space/geoms/ode_private.h"
 
@@ -45,7 +45,7 @@ class PrecomputedContacts final : public LastStage {
   void noteChange(Slot slot) override;
   void noteNewSlots() override { changed_all_ = true; }
   void release() override;
-  std::size_t bytes() const override { return bytesOf(list_, found_, shares_); }
+  std::size_t bytes() const override { return bytesOf(list_, kinds_, narrow_phase_); }
 
   // What dCollide returns, or -1: that is for dCollide to say. Of the pairs that
   // this thread reports.
@@ -56,20 +56,8 @@ class PrecomputedContacts final : public LastStage {
   const Counts& counts() const { return all_; }
 
  private:
-  // Contacts [first, first + count) of a thread's share.
-  struct Found {
-    std::size_t first = 0;
-    std::uint32_t count = 0;
-    std::uint16_t thread = nobody;
-    std::uint16_t kind = kinds;
-  };
-  struct alignas(64) Share {
-    Buffer<dContactGeom> contacts;
-    std::size_t pairs = 0, apart = 0;
-    std::size_t bytes() const { return bytesOf(contacts); }
-  };
-  static constexpr std::uint16_t nobody = 0xffff;  // collided it
-  static constexpr std::uint16_t kinds = 64;       // as of kindOf()
+  using Kind = unsigned char;
+  static constexpr Kind kinds = 64;  // as of kindOf()
 
   // Of a report's pairs of one kind: their number, and by how many the calls of dCollide for
   // `asked` contacts are more than all others.
@@ -88,10 +76,9 @@ class PrecomputedContacts final : public LastStage {
     }
   };
 
-  static std::uint16_t kindOf(const dxGeom* o1, const dxGeom* o2);
+  static Kind kindOf(const dxGeom* o1, const dxGeom* o2);
   void collide(const Pairs& pairs, dParallelSAPStats& stats);
-  void collideChunk(std::size_t begin, std::size_t end, int thread);
-  void collidePair(std::size_t place, int thread);
+  int flagsAt(std::size_t place, const dParallelSAPPair& pair);
   void endReport();
   void learn();
   bool anyChanged() const { return changed_all_ || !changed_.empty(); }
@@ -108,8 +95,8 @@ class PrecomputedContacts final : public LastStage {
   double least_share_ = 0;         // of the pairs, that must be asked for to make it pay
   std::vector<Habit> habits_;      // by kind
   Buffer<dParallelSAPPair> list_;  // of the pairs from the first on
-  Buffer<Found> found_;            // of these
-  std::vector<Share> shares_;      // by thread
+  Buffer<Kind> kinds_;             // of these; `kinds` if a pair was not collided
+  NarrowPhase narrow_phase_;
   FloatingPointMode mode_;
 
   // Of the report that runs.

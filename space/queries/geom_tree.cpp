@@ -11,7 +11,7 @@
 #include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"
 #include "space/base/validate.h"
-#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
 #include "space/queries/ray_bounds.h"
 
@@ -43,6 +43,44 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool* coarse = nullptr) {
 
 template <class Tree>
 using RealOf = typename std::remove_reference_t<Tree>::RealType;
+
+using Geoms = GeomTree::Geoms;
+
+// Few hits are sorted. Many are marked in a set, which is in order.
+void findByTree(const GeomTree& tree, const Geoms& geoms, const dxGeom* geom, QueryLists& lists) {
+  Buffer<dxGeom*>& hits = lists.hits;
+  Buffer<Slot>& found = lists.found;
+  tree.find(geoms, geom, found);
+  hits.resizeDiscarding(found.size());
+  dxGeom** next = hits.data();
+  const auto add = [&](Slot slot) {
+    dxGeom* const own = geoms[slot];
+    prefetchState(own);
+    *next++ = own;
+  };
+  if (found.size() < geoms.size() / many_hits + few_hits) {
+    std::sort(found.begin(), found.end());
+    std::for_each(found.begin(), found.end(), add);
+    return;
+  }
+  lists.marks.growTo(geoms.size());
+  for (const Slot slot : found) lists.marks.insert(slot);
+  lists.marks.forEach(add);
+  lists.marks.clear();
+}
+
+void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {
+  hits.resizeDiscarding(0);
+  for (std::size_t slot = 0; slot < geoms.size(); ++slot) {
+    if (slot + prefetch_distance < geoms.size())
+      if (const dxGeom* const later = geoms[slot + prefetch_distance]) {
+        prefetchState(later);
+        prefetchBounds(later);
+      }
+    dxGeom* const own = geoms[slot];
+    if (own && boxesOverlap(own, geom)) hits.push_back(own);
+  }
+}
 
 }  // namespace
 
@@ -229,6 +267,23 @@ void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found,
     next += hit % 2 == 0 || boxesOverlap(geoms[slot], geom);
   }
   found.resize(next - found.data());
+}
+
+void findHits(const GeomTree* tree, const Geoms& geoms, dxGeom* geom, const PackRules& rules,
+              QueryLists& lists) {
+  if (tree)
+    findByTree(*tree, geoms, geom, lists);
+  else
+    findByTests(geoms, geom, lists.hits);
+  Buffer<dxGeom*>& hits = lists.hits;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (i + prefetch_distance < hits.size()) prefetchState(hits[i + prefetch_distance]);
+    dxGeom* const own = hits[i];
+    hits[found] = own;
+    found += isHit(own, geom, rules);
+  }
+  hits.resize(found);
 }
 
 }  // namespace ode_parallel_sap

@@ -1,12 +1,10 @@
 #include "space/rays/overlap_finder.h"
 
-#include <new>
-
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
-#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
-#include "space/geoms/slots.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
@@ -24,7 +22,8 @@ struct Pass {
   const Scene& scene;
   const PackRules& rules;
   const OverlapRequest& request;
-  const OverlapWay& way;
+  const BatchWay& way;
+  const int threads;
   OverlapLists& lists;
   const GeomTree* const tree;  // or null
   const NestedTrees& nested;
@@ -32,7 +31,7 @@ struct Pass {
 
   void run() {
     const std::size_t count = request.count;
-    const int team = teamFor(count, grains::cast_rays, way.threads);
+    const int team = teamFor(count, grains::cast_rays, threads);
     if (lists.shares.size() < static_cast<std::size_t>(team)) lists.shares.resize(team);
     for (Share& share : lists.shares) share.resize(0);
     lists.blocks.resizeDiscarding(count);
@@ -45,7 +44,7 @@ struct Pass {
       if (lists.blocks[i].thread == nobody) find(i, 0, /*alone=*/true);
     listAll();
     const ContactRequest contacts = {nullptr, request.flags, {}};
-    lists.narrow_phase.run(lists.all.pairs, contacts, way.threads, way.manual_cleanup);
+    lists.narrow_phase.run(lists.all.pairs, contacts, threads, way.manual_cleanup);
   }
 
   void find(std::size_t i, int thread, bool alone) {
@@ -56,7 +55,7 @@ struct Pass {
     Block& block = lists.blocks[i] = {share.pairs.size(), 0, thread};
     probe.touched = 0;
     if (alone)
-      way.prepare(probe.geom);
+      request.prepare(probe.geom);
     else if (!update(probe.geom))
       block.thread = nobody;
     if (block.thread == nobody || hasNaN(probe.geom)) return;
@@ -73,7 +72,7 @@ struct Pass {
 
   // False where that is left to the calling thread, which complains, too.
   bool update(dxGeom* geom) const {
-    if (!geom || needsCallingThread(geom) || (way.swept && geom->parent_space)) return false;
+    if (!geom || needsCallingThread(geom) || (request.swept && geom->parent_space)) return false;
     updateAABB(geom);
     return !hasNaN(geom);
   }
@@ -179,41 +178,13 @@ std::size_t report(const Scene& scene, const OverlapRequest& request, const Over
 }  // namespace
 
 std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& rules,
-                         const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists,
+                         const OverlapRequest& request, const BatchWay& way, OverlapLists& lists,
                          NestedTrees nested) {
-  const auto run = [&](bool by_tree) {
-    Pass{scene, rules, request, way, lists, by_tree ? &tree : nullptr, nested}.run();
+  const auto find = [&](const GeomTree* by, const OverlapRequest& probes, int threads) {
+    Pass{scene, rules, probes, way, threads, lists, by, nested}.run();
   };
-  try {
-    if (way.guest) {
-      const GeomTree::Reader reader(tree);
-      run(way.trees && reader.mayRead());
-    } else {
-      run(way.trees && tree.bringUpToDate(scene.slots, way.threads, request.count));
-    }
-  } catch (const std::bad_alloc&) {
-    NestedTrees().swap(nested);
-    lists = OverlapLists();
-    if (!way.trees && way.filter.isSet()) throw;  // perhaps the filter does
-    if (!way.trees)
-      return dDebug(0, "parallel SAP space: no memory for the overlaps of one probe"), 0;
-    if (!way.guest) tree.release();
-    std::size_t all = 0;
-    for (std::size_t i = 0; i < request.count; ++i) {
-      OverlapRequest one = request;
-      one.probes += i;
-      one.count = 1;
-      one.first += i;
-      OverlapWay alone = way;
-      alone.threads = 1;
-      alone.trees = false;
-      all += findOverlaps(scene, tree, rules, one, alone, lists);
-      lists = OverlapLists();
-    }
-    return all;
-  }
-  NestedTrees().swap(nested);
-  return report(scene, request, lists);
+  return runBatch(scene, tree, request, way, lists, nested, find,
+                  [&](const OverlapRequest& probes) { return report(scene, probes, lists); });
 }
 
 }  // namespace ode_parallel_sap

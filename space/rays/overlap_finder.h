@@ -11,7 +11,7 @@
 #include "space/base/buffer.h"
 #include "space/contacts/narrow_phase.h"
 #include "space/geoms/scene.h"
-#include "space/queries/geom_queries.h"
+#include "space/rays/batch.h"
 
 namespace ode_parallel_sap {
 
@@ -23,6 +23,18 @@ struct OverlapRequest {
   void* data;
   dParallelSAPOverlapCallback* callback;  // or null
   std::size_t first = 0;                  // the number of probes[0]
+  // The space's: whether probes in spaces may have swept bounds, and what makes a probe's AABB, on
+  // the calling thread.
+  bool swept = false;
+  std::function<void(dxGeom*)> prepare = {};
+
+  OverlapRequest only(std::size_t i) const {
+    OverlapRequest one = *this;
+    one.probes += i;
+    one.count = 1;
+    one.first += i;
+    return one;
+  }
 };
 
 // Lists of overlaps, in storage that outlasts the batch.
@@ -54,22 +66,12 @@ struct OverlapLists {
   std::size_t bytes() const { return bytesOf(shares, blocks, all, narrow_phase); }
 };
 
-struct OverlapWay {
-  int threads;          // the most
-  bool manual_cleanup;  // the threads leave no data in ODE
-  bool guest;
-  bool swept;                            // probes in spaces may have swept bounds
-  std::function<void(dxGeom*)> prepare;  // a probe's AABB, on the calling thread
-  QueryFilter filter;
-  bool trees = true;  // where they pay
-};
-
 // Finds the geoms that each probe's AABB overlaps, on all threads, collides these pairs by the
 // narrow phase, and reports the contacts; where there is no memory for it, probe by probe. Probes
 // whose AABB, or AABBTest, other threads may not ask for are left to the calling thread. All AABBs
 // of the scene are up to date, and no other batch uses `lists`. Returns the sum of all `touched`.
 std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& rules,
-                         const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists,
-                         NestedTrees nested = {});
+                         const OverlapRequest& request, const BatchWay& way, OverlapLists& lists,
+                         NestedTrees nested);
 
 }  // namespace ode_parallel_sap

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <new>
 #include <tuple>
 #include <type_traits>
 
@@ -11,7 +10,6 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
-#include "space/contacts/thread_colliders.h"
 #include "space/geoms/pair_rule.h"
 #include "space/queries/ray_bounds.h"
 
@@ -143,24 +141,24 @@ class Pass {
  public:
   // `tree` is up to date, or null.
   Pass(const GeomTree* tree, const NestedTrees& nested, const Geoms& geoms,
-       const RayRequest& request, const QueryFilter& filter, RayLists& store)
+       const RayRequest& request, const BatchWay& way, RayLists& store)
       : tree_(tree),
         nested_(nested),
         geoms_(geoms),
         request_(request),
-        filter_(filter),
+        way_(way),
         store_(store),
         most_hits_(request.nearest ? 1 : std::max(1, request.flags & 0xffff)) {}
 
   // Nothing after it needs memory.
-  void run(const RayWay& way) {
-    const std::size_t team = static_cast<std::size_t>(way.threads);
-    while (probes_.size() < team) probes_.emplace_back(request_.flags, request_.nearest);
-    if (store_.shares.size() < team) store_.shares.resize(team);
+  void run(int team) {
+    const std::size_t count = static_cast<std::size_t>(team);
+    while (probes_.size() < count) probes_.emplace_back(request_.flags, request_.nearest);
+    if (store_.shares.size() < count) store_.shares.resize(count);
     for (Share& share : store_.shares) share.clear();
     store_.blocks.resizeDiscarding(request_.count);
-    castAll(way);
-    collideWaiting(way);
+    castAll(team);
+    collideWaiting(team);
     gather(store_.shares, &Share::late, store_.late);
     std::sort(store_.late.begin(), store_.late.end(), isBefore);
     std::uint32_t most = 0;
@@ -179,11 +177,10 @@ class Pass {
     std::size_t first_found;  // of the share
   };
 
-  void castAll(const RayWay& way) {
+  void castAll(int team) {
     constexpr std::size_t most = grains::cast_rays.work / 4;
-    const int team = teamFor(request_.count, grains::cast_rays, way.threads);
     const std::size_t chunk = chunkOf(request_.count, most, team);
-    runPartsWithData(casting, team, request_.count, chunk, way.manual_cleanup,
+    runPartsWithData(casting, team, request_.count, chunk, way_.manual_cleanup,
                      [&](const Range& range, int thread) {
                        for (std::size_t ray = range.begin; ray < range.end; ++ray)
                          castOne(ray, thread, team == 1);
@@ -191,16 +188,16 @@ class Pass {
   }
 
   // On images, and then in the order of rays what these do not serve.
-  void collideWaiting(const RayWay& way) {
+  void collideWaiting(int threads) {
     Buffer<Waiting>& waiting = store_.waiting;
     gather(store_.shares, &Share::waiting, waiting);
     for (Share& share : store_.shares) share.waiting.resizeDiscarding(0);
     const std::size_t wanted = static_cast<std::size_t>(std::count_if(
         waiting.begin(), waiting.end(), [](const Waiting& each) { return each.for_image; }));
-    const ThreadColliders images(teamFor(wanted, grains::heavy_pairs, way.threads), wanted);
+    const ThreadColliders images(teamFor(wanted, grains::heavy_pairs, threads), wanted);
     const int team = std::max(1, images.count());
     runPartsWithData(colliding_on_images, team, waiting.size(),
-                     chunkOf(waiting.size(), grains::heavy_pairs.work, team), way.manual_cleanup,
+                     chunkOf(waiting.size(), grains::heavy_pairs.work, team), way_.manual_cleanup,
                      [&](const Range& range, int thread) {
                        for (std::size_t i = range.begin; i < range.end; ++i)
                          if (images.count() && waiting[i].for_image &&
@@ -278,9 +275,9 @@ class Pass {
       meetWithin(flight, static_cast<dxSpace*>(geom), target);
       return;
     }
-    if (filter_.isSet()) {
+    if (way_.filter.isSet()) {
       const ScopedMode programs(mode_);
-      if (filter_.rejects(request_.first + flight.ray, geom)) return;
+      if (way_.filter.rejects(request_.first + flight.ray, geom)) return;
     }
     if (flight.alone) {
       const ScopedMode programs(mode_);
@@ -361,7 +358,7 @@ class Pass {
   const NestedTrees& nested_;
   const Geoms& geoms_;
   const RayRequest& request_;
-  const QueryFilter& filter_;
+  const BatchWay& way_;
   RayLists& store_;
   const std::size_t most_hits_;  // of a ray and a geom
   std::deque<RayProbe> probes_;  // by thread
@@ -403,40 +400,14 @@ std::size_t report(const Scene& scene, const RayRequest& request, RayLists& stor
 }  // namespace
 
 std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& request,
-                     const RayWay& way, RayLists& lists, NestedTrees nested) {
+                     const BatchWay& way, RayLists& lists, NestedTrees nested) {
   if (request.count == 0) return 0;
-  try {
-    const auto run = [&](bool by_tree) {
-      Pass(by_tree ? &tree : nullptr, nested, scene.slots, request, way.filter, lists).run(way);
-    };
-    if (way.guest) {
-      const GeomTree::Reader reader(tree);
-      run(way.trees && reader.mayRead());
-    } else {
-      run(way.trees && tree.bringUpToDate(scene.slots, way.threads, request.count));
-    }
-  } catch (const std::bad_alloc&) {
-    NestedTrees().swap(nested);
-    lists = RayLists();
-    if (!way.trees && way.filter.isSet()) throw;  // perhaps the filter does
-    if (!way.trees) return dDebug(0, "parallel SAP space: no memory for the hits of one ray"), 0;
-    if (!way.guest) tree.release();
-    RayWay alone = way;
-    alone.threads = 1;
-    alone.trees = false;
-    std::size_t hits = 0;
-    for (std::size_t ray = 0; ray < request.count; ++ray) {
-      RayRequest one = request;
-      one.count = 1;
-      one.first += ray;
-      if (one.nearest) one.nearest += ray;
-      hits += castRays(scene, tree, one, alone, lists);
-      lists = RayLists();
-    }
-    return hits;
-  }
-  NestedTrees().swap(nested);
-  return report(scene, request, lists);
+  const auto find = [&](const GeomTree* by, const RayRequest& rays, int threads) {
+    const int team = teamFor(rays.count, grains::cast_rays, threads);
+    Pass(by, nested, scene.slots, rays, way, lists).run(team);
+  };
+  return runBatch(scene, tree, request, way, lists, nested, find,
+                  [&](const RayRequest& rays) { return report(scene, rays, lists); });
 }
 
 }  // namespace ode_parallel_sap

@@ -11,7 +11,7 @@
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/geoms/scene.h"
-#include "space/queries/geom_queries.h"
+#include "space/rays/batch.h"
 
 namespace ode_parallel_sap {
 
@@ -82,14 +82,13 @@ struct RayRequest {
     std::memcpy(&ray, bytes + (first + i) * ray_size, ray_size);
     return ray;
   }
-};
-
-struct RayWay {
-  int threads;          // the most
-  bool manual_cleanup;  // the threads leave no data in ODE
-  bool trees = true;    // where they pay
-  bool guest = false;   // it changes nothing but its lists
-  QueryFilter filter = {};
+  RayRequest only(std::size_t i) const {
+    RayRequest one = *this;
+    one.count = 1;
+    one.first += i;
+    if (one.nearest) one.nearest += i;
+    return one;
+  }
 };
 
 // Casts the rays and reports what they hit; where there is no memory for it, one by one. All AABBs
@@ -104,6 +103,6 @@ struct RayWay {
 // What not every thread may collide waits until all rays are done: for threads with an image of
 // ODE, and at last for the calling thread (collider_threads.h). Hits are sorted.
 std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& request,
-                     const RayWay& way, RayLists& lists, NestedTrees nested = {});
+                     const BatchWay& way, RayLists& lists, NestedTrees nested);
 
 }  // namespace ode_parallel_sap

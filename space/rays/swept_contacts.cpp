@@ -14,6 +14,8 @@ namespace {
 
 constexpr int most_places = 1000;        // fixed: of a step, as the header says
 constexpr int halvings = 4;              // fixed: of the way between two places
+constexpr int most_seen = 32;            // fixed: contacts of a place
+constexpr int most_walls = 3;            // fixed: that meet in a corner
 constexpr dReal deeper = dReal(1) / 32;  // sides; to where faces touch, and not only a corner
 
 constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
@@ -22,14 +24,12 @@ constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
 // geom is moved, so that the space, which may be locked, learns of nothing.
 class Traveller {
  public:
-  Traveller(dxGeom* geom, dReal step) : geom_(geom) {
+  Traveller(dxGeom* geom, dReal step) : geom_(geom), step_(step) {
     if (!geom->body) return;
     dBodyCopyPosition(geom->body, centre_);
     if (!dBodyIsEnabled(geom->body)) return;
-    for (int i = 0; i < 3; ++i) {
-      shift_[i] = dBodyGetLinearVel(geom->body)[i] * step;
-      turn_[i] = dBodyGetAngularVel(geom->body)[i] * step;
-    }
+    straighten();
+    for (int i = 0; i < 3; ++i) turn_[i] = dBodyGetAngularVel(geom->body)[i] * step;
     if (dCalcVectorLengthSquare3(shift_) + dCalcVectorLengthSquare3(turn_) == 0) return;
     geom->recomputePosr();
     home_ = geom->final_posr;
@@ -72,6 +72,21 @@ class Traveller {
     dAddVectors3(move, move, shift_);
     return dCalcVectorDot3(move, direction);
   }
+  // By which gravity changes its shift.
+  dReal fall() const {
+    if (!home_ || !dBodyGetGravityMode(geom_->body)) return 0;
+    dVector3 gravity;
+    dWorldGetGravity(dBodyGetWorld(geom_->body), gravity);
+    return dCalcVectorLength3(gravity) * step_ * step_;
+  }
+  // Bends its way, and makes it what its body's velocity says.
+  void shiftMore(dReal by, const dReal* direction) {
+    for (int i = 0; i < 3; ++i) shift_[i] += by * direction[i];
+  }
+  void straighten() {
+    if (!geom_->body || !dBodyIsEnabled(geom_->body)) return;
+    for (int i = 0; i < 3; ++i) shift_[i] = dBodyGetLinearVel(geom_->body)[i] * step_;
+  }
   const dReal* centre() const { return centre_; }  // of its body, now
   const dReal* shift() const { return shift_; }
   dReal turned() const { return turned_; }      // by its farthest point
@@ -95,6 +110,7 @@ class Traveller {
   }
 
   dxGeom* const geom_;
+  const dReal step_;
   dxPosR* home_ = nullptr;  // of one that moves
   dxPosR away_;
   dVector3 centre_ = {0, 0, 0, 0}, shift_ = {0, 0, 0, 0}, turn_ = {0, 0, 0, 0};
@@ -153,79 +169,164 @@ void meetInFlight(const Traveller& one, const Traveller& other, dReal part, dRea
                                                 other.moveAlong(contact.normal, arms[1]));
 }
 
+// Two geoms on their ways, and the contacts of dCollide that they have there.
+class SweptPair {
+ public:
+  SweptPair(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* contacts, int skip)
+      : a_(a),
+        b_(b),
+        one_(a, step),
+        other_(b, step),
+        flags_(flags),
+        contacts_(contacts),
+        skip_(skip),
+        smallest_(std::min(one_.smallest(), other_.smallest())),
+        least_(std::min(4 * std::max(one_.fall(), other_.fall()), deeper * smallest_)) {}
+
+  // Returns their number.
+  int collide() {
+    touching_ = collideNow();
+    int count = strike(0);
+    if (count == 0) return isFast() ? collideNow() : touching_;
+    // From the first wall of a mesh on along it, since others are in no other pair.
+    for (int walls = 1, first = 0; walls < most_walls && slideAlong(contactAt(first)); ++walls) {
+      first = count;
+      count = strike(first);
+      if (count == first) break;
+    }
+    one_.straighten();
+    other_.straighten();
+    if (touching_)
+      count = collideAt(0, count, [this](const dContactGeom& contact) { return isSlow(contact); });
+    return count;
+  }
+
+ private:
+  dContactGeom& contactAt(int i) const {
+    return *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts_) + i * skip_);
+  }
+  // Those of dCollide there.
+  int collideAt(dReal part, int flags, dContactGeom* contacts, int skip) {
+    one_.advance(part);
+    other_.advance(part);
+    return collideInTurn(a_, b_, flags, contacts, skip);
+  }
+  int collideNow() { return collideAt(0, flags_, contacts_, skip_); }
+  // Adds those for which isOne() to the first ones, as far as there is room. It sees more than have
+  // room: floors come first.
+  template <class IsOne>
+  int collideAt(dReal part, int first, const IsOne& isOne) {
+    dContactGeom seen[most_seen];
+    const int number = collideAt(part, (flags_ & ~NUMC_MASK) | most_seen, seen, sizeof *seen);
+    int count = first;
+    for (int i = 0; i < number && count < (flags_ & NUMC_MASK); ++i)
+      if (isOne(seen[i])) contactAt(count++) = seen[i];
+    return count;
+  }
+
+  // How far the first geom shifts more than the other one.
+  void relativeShift(dReal* shift) const { dSubtractVectors3(shift, one_.shift(), other_.shift()); }
+  dReal length() const {
+    dVector3 shift;
+    relativeShift(shift);
+    return dCalcVectorLength3(shift) + one_.turned() + other_.turned();
+  }
+  bool isFast() const {
+    const dReal way = length();
+    return 2 * way > smallest_ && way < infinity;
+  }
+  // How far the two come apart along a contact's normal: by their shifts alone, and in all.
+  dReal shiftsApart(const dContactGeom& contact) const {
+    dVector3 shift;
+    relativeShift(shift);
+    return dCalcVectorDot3(contact.normal, shift);
+  }
+  dReal comesApart(const dContactGeom& contact) const {
+    dVector3 arms[2];
+    one_.armTo(contact.pos, arms[0]);
+    other_.armTo(contact.pos, arms[1]);
+    return one_.moveAlong(contact.normal, arms[0]) - other_.moveAlong(contact.normal, arms[1]);
+  }
+  bool isSlow(const dContactGeom& contact) const { return -2 * comesApart(contact) <= smallest_; }
+  // The floor on which a body rolls may be one mesh with the wall ahead.
+  bool strikes(const dContactGeom& contact) const {
+    return contact.depth > least_ && !(touching_ && isSlow(contact));
+  }
+
+  // Adds the contacts where they first strike each other on their way.
+  int strike(int first) {
+    if (!isFast()) return first;
+    const auto does = [this](const dContactGeom& contact) { return strikes(contact); };
+    const dReal wanted = std::ceil(4 * length() / smallest_);
+    const int places = static_cast<int>(std::min(wanted, dReal(most_places)));
+    int count = first, place = -1;
+    while (count == first && place < places)
+      count = collideAt(dReal(++place) / dReal(places), first, does);
+    if (count == first) return first;
+    dReal part = dReal(place) / dReal(places), apart = part - 1 / dReal(places);
+    for (int i = 0; place > 0 && i < halvings; ++i) {
+      const dReal middle = (apart + part) / 2;
+      (collideAt(middle, first, does) > first ? part : apart) = middle;
+    }
+    const dReal further = part + deeper * smallest_ / length();
+    count = collideAt(further, first, does);
+    if (count > first)
+      part = further;
+    else
+      count = collideAt(part, first, does);
+    for (int i = first; i < count; ++i) {
+      foretell(part, contactAt(i));
+      if (place > 0) contactAt(i).depth = std::min(contactAt(i).depth, dReal(0));
+    }
+    return count;
+  }
+
+  // Makes a contact after a part of the step one for a joint that is made now.
+  void foretell(dReal part, dContactGeom& contact) const {
+    if (one_.answers() && other_.answers())
+      return meetInFlight(one_, other_, part, smallest_, contact);
+    const Traveller& body = answering();
+    const dReal shift = shiftsApart(contact);
+    const bool shifts = -2 * shift > smallest_;
+    dVector3 arm;
+    body.armTo(contact.pos, arm);
+    contact.depth += part * (shifts ? shift : comesApart(contact));
+    // A fast body stops by a force through its centre: with a lever it would go on and turn by
+    // radians. Friction has the lever of a ball.
+    const dReal along = dCalcVectorDot3(arm, contact.normal);
+    for (int k = 0; k < 3; ++k)
+      contact.pos[k] = body.centre()[k] + (shifts ? along * contact.normal[k] : arm[k]);
+  }
+  const Traveller& answering() const { return other_.answers() ? other_ : one_; }
+
+  // Bends the way of the one body that answers, so that it ends where the contact's motion does.
+  // False where there is no such way.
+  bool slideAlong(const dContactGeom& contact) {
+    if (one_.answers() == other_.answers()) return false;
+    const dReal too_far = contact.depth - shiftsApart(contact);
+    if (!(too_far > 0 && -2 * shiftsApart(contact) > smallest_)) return false;
+    least_ = deeper * smallest_;  // at the wall
+    one_.answers() ? one_.shiftMore(too_far, contact.normal)
+                   : other_.shiftMore(-too_far, contact.normal);
+    return true;
+  }
+
+  dxGeom *const a_, *const b_;
+  Traveller one_, other_;
+  const int flags_;
+  dContactGeom* const contacts_;
+  const int skip_;
+  const dReal smallest_;  // side of one that moves
+  // A ball that rolls sinks by this between steps. So it touches the edges of tiles ahead, with
+  // which the next steps deal.
+  dReal least_;
+  int touching_ = 0;  // contacts at the beginning
+};
+
 }  // namespace
 
 int collideSwept(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* contacts, int skip) {
-  Traveller one(a, step), other(b, step);
-  const auto collideAt = [&](dReal part) {
-    one.advance(part);
-    other.advance(part);
-    return collideInTurn(a, b, flags, contacts, skip);
-  };
-  dVector3 relative;
-  dSubtractVectors3(relative, one.shift(), other.shift());
-  const dReal way = dCalcVectorLength3(relative) + one.turned() + other.turned();
-  const dReal smallest = std::min(one.smallest(), other.smallest());
-  const auto contactAt = [&](int i) -> dContactGeom& {
-    return *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) + i * skip);
-  };
-  // How far the two come apart along a contact's normal.
-  const auto comesBy = [&](const dContactGeom& contact) {
-    dVector3 arms[2];
-    one.armTo(contact.pos, arms[0]);
-    other.armTo(contact.pos, arms[1]);
-    return one.moveAlong(contact.normal, arms[0]) - other.moveAlong(contact.normal, arms[1]);
-  };
-  const auto isSlow = [&](const dContactGeom& contact) {
-    return -2 * comesBy(contact) <= smallest;
-  };
-  const auto all = [&](int count, const auto& property) {
-    for (int i = 0; i < count; ++i)
-      if (!property(contactAt(i))) return false;
-    return count > 0;
-  };
-  int count = collideAt(0), place = 0;
-  if (all(count, isSlow) || !(2 * way > smallest && way < infinity)) return count;
-  const int places = static_cast<int>(std::min(std::ceil(4 * way / smallest), dReal(most_places)));
-  while (count == 0 && place < places) count = collideAt(dReal(++place) / dReal(places));
-  if (count == 0) return 0;
-  dReal part = dReal(place) / dReal(places), apart = part - 1 / dReal(places);
-  for (int i = 0; place > 0 && i < halvings; ++i) {
-    const dReal middle = (apart + part) / 2;
-    (collideAt(middle) ? part : apart) = middle;
-  }
-  const dReal further = part + deeper * smallest / way;
-  count = collideAt(further);
-  if (count > 0)
-    part = further;
-  else
-    count = collideAt(part);
-  const bool both = one.answers() && other.answers();
-  // A ball that rolls from tile to tile touches the edge of the next one first. Where the step ends
-  // in slow and shallow contacts, the next step deals with them; not where they are behind a wall.
-  const auto isSlight = [&](const dContactGeom& contact) {
-    return 2 * std::fabs(comesBy(contact)) <= smallest && contact.depth <= deeper * smallest;
-  };
-  if (place > 0 && !both) {
-    if (all(collideAt(1), isSlight)) return 0;
-    count = collideAt(part);
-  }
-  for (int i = 0; i < count; ++i) {
-    dContactGeom& contact = contactAt(i);
-    if (both) {
-      meetInFlight(one, other, part, smallest, contact);
-    } else {
-      // Without a lever a fast body stops, which would go on and turn by radians otherwise.
-      const Traveller& body = other.answers() ? other : one;
-      const dReal shift = dCalcVectorDot3(contact.normal, relative);
-      const bool shifts = -2 * shift > smallest;
-      contact.depth += part * (shifts ? shift : comesBy(contact));
-      for (int k = 0; k < 3; ++k)
-        contact.pos[k] = shifts ? body.centre()[k] : contact.pos[k] - part * body.shift()[k];
-    }
-    if (place > 0) contact.depth = std::min(contact.depth, dReal(0));
-  }
-  return count;
+  return SweptPair(a, b, step, flags, contacts, skip).collide();
 }
 
 }  // namespace ode_parallel_sap

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "space/simd/kernel_overlaps.h"
+#include "space/simd/kernel_cells.h"
 
 namespace {
 

@@ -95,15 +95,6 @@ constexpr std::size_t roomToCut(std::size_t count) {
   return 8 * (count + 3 * group_size);
 }
 
-// Sixteen pairs of boxes as ODE keeps them: centre and sides of four numbers each, the last of
-// which is nothing, and a matrix of three such rows, whose columns are the box's axes.
-template <class Real>
-struct BoxPairs {
-  const Real* centre[2][group_size];
-  const Real* matrix[2][group_size];
-  const Real* sides[2][group_size];
-};
-
 // The line origin + t * direction, t >= 0, and by how much boxes are widened before they meet it:
 // `rounding` times the distance from the origin to their farthest bound on any axis, and `slack`.
 template <class Real>
@@ -138,9 +129,6 @@ struct Kernels {
   // The same for cells without a tree.
   std::size_t (*findInCells)(const Group<Real>* cells, std::size_t count, const Group<Real>& box,
                              std::uint32_t* found);
-  // Bit i: a collider of ODE's that computes with this type certainly finds no contact of pair i,
-  // unless CONTACTS_UNIMPORTANT is set. See kernel_box_pairs.h.
-  unsigned (*boxesApart)(const BoxPairs<Real>& pairs);
   // Which of sixteen boxes the ray meets for a t from 0 to `limit`, and in entry[i], aligned like
   // `boxes`, the least such t. Rounding may make it meet a box too many, but none too few, and a t
   // too large by 2^-20 of it at most.

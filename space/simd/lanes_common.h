@@ -125,7 +125,7 @@ struct RegisterLanes {
     return Set::template bits<std::uint64_t>(
         [=](int i) { return Mask<std::uint64_t>(load(p + i) == value); });
   }
-  // See kernel_overlaps.h. No difference of bounds is NaN, but for unused places.
+  // See kernel_cells.h. No difference of bounds is NaN, but for unused places.
   template <class BoxGroup, class Allowed>
   static int meetBoxes(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
                        std::uint32_t* row) {

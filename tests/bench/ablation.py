@@ -31,7 +31,7 @@ RUNS = {
     "kept_cells": ("pairs/sweep.cpp", "  ++reuses_;", "good"),
     "still_small_scenes": ("frame/small_scenes.cpp", "  lists.changes = changes;", "still"),
     "small_scenes": ("frame/frame.cpp", "  return small_scenes_.collide(", "true"),
-    "box_classes": ("pairs/box_classes.cpp", "  classes_.clear();",
+    "box_classes": ("pairs/cell_order.cpp", "  classes_.clear();",
                     "std::count(most_short_, most_short_ + 3, std::numeric_limits<Real>::max()) < 3"),
     "query_trees": ("queries/geom_tree.cpp", "  stray_rows_ += static_cast", "!must"),
     "kept_query_tree": ("queries/geom_tree.cpp", "  if (few) setUpToDate(", "few && count > 0"),

@@ -381,7 +381,6 @@ def trades(rows, _):
 @table("swept")
 def swept(rows, _):
     """Of scenes that differ by a number, the one in which swept contacts are worst."""
-    rows = [row for row in rows if "dWorldStep" not in row["setting"]]
     names = lambda row: (row["scene"].split(": ")[0], row["quantity"])
     errors, worst = {}, {}
     for row in rows:

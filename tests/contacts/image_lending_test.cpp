@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "space/contacts/thread_colliders.h"
+#include "space/contacts/collider_threads.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/image_scene.h"

@@ -229,8 +229,7 @@ TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide al
   dCloseODE();
 }
 
-TEST_CASE("Boxes that are apart are asked for their flags, which may keep them in, and not reduced",
-          "[narrow]") {
+TEST_CASE("Boxes that are apart are asked for their flags, and not reduced", "[narrow]") {
   static std::atomic<unsigned> asked, reduced;
   static int flags;
   const auto ask = [](void*, dGeomID, dGeomID) {
@@ -260,7 +259,6 @@ TEST_CASE("Boxes that are apart are asked for their flags, which may keep them i
       flags = static_cast<int>(some_flags);
       parallelContacts(space, 0, {nullptr, ask, reduce, nullptr});
       CHECK(asked == kTouching + kApart);
-      CHECK(statsOf(space).apart == (flags == 4 ? kApart : 0));
       if (some_flags <= 4) CHECK(reduced == (flags ? kTouching : 0));
     }
 }

@@ -1,5 +1,4 @@
 // Which boxes are divided by their sizes and shapes.
-#include "space/pairs/box_classes.h"
 
 #include <array>
 #include <cmath>

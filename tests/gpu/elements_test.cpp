@@ -9,7 +9,7 @@
 #include "cuda/one/cell_cut.h"
 #include "cuda/one/curve.h"
 #include "cuda/one/elements.h"
-#include "space/base/packed_pair_rule.h"
+#include "space/base/pair_list.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"

@@ -102,8 +102,6 @@ std::vector<Setting> settingsOf(const Scene& scene) {
   if (scene.kind == Scene::swept) {
     all[0].name = "dCollide";
     add(all, "swept contacts").swept = true;
-    Setting& exact = add(all, "swept contacts, dWorldStep");
-    exact.swept = exact.exact = true;
     return all;
   }
   add(all, "1/4 of the step").divide = 4;

@@ -36,27 +36,64 @@ Quantity happens(const char* what, bool does) {
   return {what, double(does), 0, 0};
 }
 
-Quantities bounceOff(const Setting& setting, int run, double diameters) {
-  const double speed = diameters * 2 * kRadius / kStep;
-  Flight flight(setting, {fixed({3, 0, 0}, {1, 9, 9}),
-                          ball({phaseOf(run) - speed * kStep, 0, 0}, {speed, 0, 0})});
+// Straight or aslant. The closed form: friction acts until the ball rolls.
+Quantities bounceOff(const Setting& setting, int run, double diameters, double degrees) {
+  const double speed = diameters * 2 * kRadius / kStep, side = std::sin(degrees * kPi / 180);
+  const double down = std::sqrt(1 - side * side), way = speed * down * kStep;
+  Flight flight(setting, {fixed({3, 0, 0}, {1, 900, 9}),
+                          ball({phaseOf(run) - way, 0, 0}, {speed * down, speed * side, 0})});
   flight.bounce = 0.8;
-  flight.fly(4 / (speed * kStep) + 3);
-  return {{"speed after", -flight.speed(0)[0] / speed, 0.8, 0.8}};
+  flight.friction = 0.6;
+  flight.fly(4 / way + 3);
+  const double along = side - std::min(0.6 * 1.8 * down, side * 2 / 7);
+  return {{"speed after", -flight.speed(0)[0] / speed, 0.8 * down, 0.8 * down},
+          {"speed along it", flight.speed(0)[1] / speed, along, 1}};
 }
 
-Quantities rollOverTiles(const Setting& setting, int run, double speed) {
+Quantities rollOverTiles(const Setting& setting, int run, double width, double speed) {
   Flight flight(setting, {}, {0, 0, -kGravity});
-  for (int i = -8; i < 80; ++i) flight.add(fixed({0.5 * i, 0, -0.05}, {0.5, 4, 0.1}));
+  for (int i = -1; i * width < 14; ++i) flight.add(fixed({width * i, 0, -0.05}, {width, 4, 0.1}));
   flight.friction = 0.8;
-  flight.add(ball({phaseOf(run) - 0.5, 0.3, kRadius}, {speed, 0, 0}));
+  flight.add(ball({phaseOf(run), 0.3, kRadius}, {speed, 0, 0}));
   flight.spin(0, {0, speed / kRadius, 0});
   double top = 0;
-  for (int i = 0; i < 30 / (speed * kStep); ++i) {
+  for (int i = 0; i < 12 / (speed * kStep); ++i) {
     flight.step();
     top = std::max(top, flight.place(0)[2] - kRadius);
   }
   return {happens("hops by 1 cm", top > 0.01)};
+}
+
+Quantities rollInRoom(const Setting& setting, int run, double bounce) {
+  Flight flight(setting, {}, {0, 0, -kGravity});
+  std::vector<Vec> corners;
+  for (int i = 0; i < 8; ++i)
+    corners.push_back({i & 1 ? 2.0 : -2.0, i & 2 ? 2.0 : -2.0, i & 4 ? 2.0 : -2.0});
+  flight.mesh(corners, {0, 1, 3, 0, 3, 2, 4, 7, 5, 4, 6, 7, 0, 5, 1, 0, 4, 5,
+                        2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 7, 3, 1, 5, 7});
+  const double angle = 2 * kPi * phaseOf(run), speed = 15 * (1 + run % 5);
+  flight.add(ball({0, 0, kRadius - 2}, {speed * std::cos(angle), speed * std::sin(angle), 0}));
+  flight.bounce = bounce;
+  flight.fly(200);
+  const auto [x, y, z] = flight.place(0);
+  return {happens("leaves", std::max({std::fabs(x), std::fabs(y), std::fabs(z)}) > 2)};
+}
+
+Quantities bounceBetween(const Setting& setting, int run) {
+  Flight flight(setting, {fixed({-0.275, 0, 0}, {0.05, 99, 9}), fixed({0.275, 0, 0}, {0.05, 99, 9}),
+                          ball({0.14 * around(run), 0, 0}, {60, 0, 0})});
+  flight.bounce = 0.8;
+  flight.fly(50);
+  return {happens("leaves", std::fabs(flight.place(0)[0]) > 0.25)};
+}
+
+// A wall at 45 degrees to the way of a ball, and another one behind it in this way.
+Quantities hitBehind(const Setting& setting, int run) {
+  const double x = 2 * phaseOf(run) - 2;
+  Flight flight(setting, {fixed({3, 0, 0}, {0.2, 30, 9}), ball({x, x, 0}, {150, 150, 0}),
+                          ball({3.5, 3.5 + 0.1 * around(run), 0})});
+  flight.fly(10);
+  return {happens("moves", length(flight.speed(1)) > 1)};
 }
 
 // Against steps 400 times smaller: the part of its speed that the ball has too much or lacks. An
@@ -92,7 +129,7 @@ Quantities fallOnShelf(const Setting& setting, int run, double angle, const Vec&
   flight.push(0, 200 * Vec{side, 0, -down});
   flight.spin(0, spin);
   const Vec at = {0, 0, -0.025}, sides = {400, 400, 0.05};
-  if (of == 'm') flight.mesh({{-20, -20, 0}, {20, -20, 0}, {0, 40, 0}}, {0, 1, 2});
+  if (of == 'm') flight.mesh({{-200, -200, 0}, {200, -200, 0}, {0, 400, 0}}, {0, 1, 2});
   if (of == 'k') dBodySetKinematic(flight.add({Thing::box, at, sides}));
   if (of == 's' || of == 'o') flight.add(fixed(at, sides));
   flight.friction = 0.8;
@@ -101,10 +138,11 @@ Quantities fallOnShelf(const Setting& setting, int run, double angle, const Vec&
 }
 
 // A rod of 4 mm and 1 m, turned anyhow, at a sheet of triangles; whether it passes.
-Quantities rodAtSheet(const Setting& setting, int run) {
+Quantities rodAtSheet(const Setting& setting, int run, double spin) {
   Flight flight(setting,
                 {{Thing::box, {0, 0, 2 + phaseOf(run)}, {0.004, 0.004, 1}, 8000, {0, 0, -30}}});
   flight.turn(0, {std::cos(9.0 * run), std::sin(9.0 * run), 0}, kPi * phaseOf(3 * run + 1));
+  flight.spin(0, spin * Vec{around(run + 1), around(run + 2), around(run + 3)});
   flight.mesh({{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}, {0, 1, 2, 0, 2, 3});
   flight.fly(60);
   return {happens("passes", flight.place(0)[2] < 0)};
@@ -168,12 +206,25 @@ std::vector<Scene> sweptScenes() {
     all.push_back(
         {name, "ball of 0.2 m, 10 ms", std::move(play), Scene::swept, runs, std::move(bounds)});
   };
-  for (const double diameters : {0.6, 1.0, 2.0, 5.0, 10.0})
-    add("restitution 0.8 at a wall, 0.6 to 10 diameters a step: " + text(diameters), 50,
-        bind(bounceOff, _1, _2, diameters), {{"speed after", 0, 0.02, 0.02}});
-  for (const double speed : {12.0, 20.0, 40.0})
-    add("rolls over tiles of 0.5 m, 12 to 40 m/s: " + text(speed), 40,
-        bind(rollOverTiles, _1, _2, speed), {{"hops by 1 cm", 0, 0.13}});
+  for (const double degrees : {0.0, 20.0, 45.0, 70.0})
+    for (const double diameters : {0.6, 1.0, 2.0, 5.0, 10.0})
+      add("restitution 0.8, friction 0.6, 0.6 to 10 diameters a step: " + text(diameters) + ", " +
+              text(degrees) + " degrees",
+          50, bind(bounceOff, _1, _2, diameters, degrees),
+          {{"speed after", 0, 0.02, 0.02}, {"speed along it", 0, 0.05, 0.05}});
+  // As dCollide, and one of forty more.
+  const struct {
+    double width, speed, most;
+  } tiles[] = {{0.1, 20, 0.175},  {0.1, 40, 0.2}, {0.1, 60, 0.2},
+               {0.25, 40, 0.275}, {0.5, 12, 0.1}, {0.5, 60, 0.15}};
+  for (const auto& t : tiles)
+    add("rolls over tiles of 0.1 to 0.5 m, 12 to 60 m/s: " + text(t.width) + ", " + text(t.speed),
+        40, bind(rollOverTiles, _1, _2, t.width, t.speed), {{"hops by 1 cm", 0, t.most + 0.026}});
+  for (const double bounce : {0.0, 0.8})
+    add("rolls in a room of one mesh, 15 to 75 m/s: " + text(bounce), 100,
+        bind(rollInRoom, _1, _2, bounce), {{"leaves", 0, 0.02}});
+  add("restitution 0.8, walls 0.5 m apart, 60 m/s", 100, bounceBetween, {{"leaves", 0.5, 1.01}});
+  add("a ball behind a wall hit aslant, 210 m/s", 100, hitBehind, {{"moves", 0.3, 1}});
   Things shelves, holes;
   for (int i = 0; i < 5; ++i) {
     if (i < 3) shelves.push_back(fixed({0.3 * i, 0, 0}, {0.005, 4, 4}));
@@ -202,7 +253,9 @@ std::vector<Scene> sweptScenes() {
   shelf("of triangles", 0.3, {}, 'm');
   shelf("of a kinematic body", 0, {}, 'k');
   shelf("a geom beside its body's centre", 0, {}, 'o');
-  add("a rod of 4 mm and 1 m at triangles, 30 m/s", 100, rodAtSheet, {{"passes", 0, 0}});
+  for (const double spin : {0.0, 100.0})
+    add("a rod of 4 mm at triangles, 30 m/s, 0 or 100 rad/s: " + text(spin), 100,
+        bind(rodAtSheet, _1, _2, spin), {{"passes", 0, spin > 0 ? 0.1 : 0}});
   for (const bool beyond : {false, true})
     add("a bat at 100 to 300 rad/s", 24, bind(swing, _1, _2, beyond),
         {{beyond ? "strikes beyond its end" : "misses", 0, 0}});
@@ -213,11 +266,12 @@ std::vector<Scene> sweptScenes() {
           {{"blow", 0, 0.2, 1}, {"spin", 0, 0.05, 0.2}, {"passes", 0, 0}});
   const struct {
     double ratio, speed, distance, most;
-  } struck[] = {{1, 40, 0.5, 0},    {1, 100, 0.2, 0.9},   {1, 100, 0.5, 0.6},
-                {1, 100, 1.2, 0.1}, {0.1, 100, 0.5, 0.9}, {10, 100, 0.2, 0}};
+  } struck[] = {{1, 40, 0.5, 0},    {1, 100, 1.2, 0.1}, {10, 100, 0.2, 0},
+                {1, 100, 0.2, 0.9}, {1, 100, 0.5, 0.6}, {0.1, 100, 0.5, 0.9}};
   for (const auto& s : struck)
-    add("strikes a ball " + text(s.distance) + " m before a wall, " + text(s.speed) +
-            " m/s, 1:" + text(s.ratio),
+    add("strikes a ball before a wall, " +
+            std::string(s.most > 0.1 ? "100 m/s, 0.2 to 0.5 m" : "40 m/s, 1.2 m or 1:10") + ": " +
+            text(s.distance) + " m, " + text(s.speed) + " m/s, 1:" + text(s.ratio),
         100, bind(strike, _1, _2, s.ratio, s.speed, s.distance), {{"passes", 0, s.most}});
   return all;
 }

@@ -32,7 +32,7 @@ expect_optimised() {
 unset CFLAGS CXXFLAGS
 configure "$@" -DBUILD_SHARED_LIBS=ON -DBUILD_TESTING=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
 expect_optimised space/api/api.cpp -O2
-expect_optimised space/pairs/pair_sort.cpp -O2
+expect_optimised space/pairs/row_table.cpp -O2
 expect_optimised tests/install/user.c ''
 configure "$@" -DCMAKE_CXX_FLAGS=-O1 -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
 expect_optimised space/api/api.cpp -O1

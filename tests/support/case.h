@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "scenes.h"
-#include "space/base/pair_finder.h"
+#include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
 

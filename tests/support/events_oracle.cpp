@@ -158,10 +158,6 @@ std::string EventsOracle::check(dSpaceID space, const Pairs& pairs, const Geoms&
     (is_held ? held_ : free_).insert(number);
   }
   ended_numbers_.clear();
-  for (auto& [pair, touch] : touches_)
-    if (const auto known = known_.find(pair);
-        known != known_.end() && known->second.number == touch.number)
-      touch.place = known->second.place;
   const Events ended = end(space, pairs, geoms);
   std::vector<unsigned> numbers;
   const Events begun = begin(pairs, geoms, numbers);

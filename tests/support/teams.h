@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "space/base/team.h"
+#include "space/base/parallel.h"
 
 namespace sap_test {
 

@@ -224,8 +224,7 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  *
  * An image is ODE's library, loaded again (2 MB). If that fails, dMessage says why, and the
  * calling thread collides these pairs. Calling threads take turns at meshes. A collider of
- * dSetColliderOverride runs on any thread, and not for most boxes that are apart. It runs on the
- * calling thread if its pair needs an image.
+ * dSetColliderOverride runs on any thread, or on the calling thread if its pair needs an image.
  *
  * Errors: without memory for all contacts, pairs are collided one by one. Flags and reduce
  * callbacks may then be called again. */
@@ -382,8 +381,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
  * number of its own. */
 typedef struct dParallelSAPPairEvent {
   dGeomID o1, o2;  /* as reported; of what ended, 0 if it has left its space: it may not exist */
-  size_t place;    /* among the collide's pairs; of what ended, in the last collide that had the
-                      pair; of a touch in sub-spaces, the place of the pair of these */
+  size_t place;    /* among the collide's pairs; of what ended, in the last collide that reported
+                      it; of a touch in sub-spaces, the place of the pair of these */
   unsigned number; /* as long as it lasts */
 } dParallelSAPPairEvent;
 /* The pairs that began. Sets *pairs to the first, or to 0 if there is none, and returns their
@@ -454,11 +453,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
  * so that pairs of fast bodies come in time. Default: 0. Pairs, queries and rays use these boxes.
  *
  * A swept box is, in dReal, with an enabled body's velocities when the collide begins,
- *
  *     [lower + min (d, 0) - a * r, upper + max (d, 0) + a * r], d = linear velocity * step,
  *     a = the lesser of |angular velocity| * step and 2 (a NaN counts as 0),
  *     r = distance from the body's position to the AABB's farthest corner, or to a sphere's centre.
- *
  * Forces are not covered. Each sub-space has a step of its own, and stock spaces around it may not
  * cover the motion. ODE's colliders of heightfields, of convexes with meshes and of GIMPACT's
  * meshes read the swept box. */
@@ -468,22 +465,23 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * |d| + a * r was more than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
-/* dCollide for fast geoms, with SetSweptBounds. Returns the number of contacts: those where the
- * geoms first touch on the way, if they move by more than half of a moving one's smallest side. The
- * way is that of enabled bodies' velocities in `step` seconds. Other geoms get dCollide's contacts.
+/* dCollide for fast geoms, with SetSweptBounds. Returns the number of contacts. Geoms whose motion
+ * is more than half of a moving one's smallest side get those where they first strike each other,
+ * and then on along the wall. The way is that of enabled bodies' velocities in `step` seconds, as
+ * if nothing else were there. Grazes no deeper than the lesser of 4 * gravity * step * step and
+ * 1/32 of that side are no strikes. Slow contacts at the start come, too. Without a strike all
+ * contacts are dCollide's.
  *
  * Units: the depth of a contact that is still to come is minus the way that is left. Joints then
- * need dContactMotionN with motionN = depth / step, but not beside dContactBounce. A geom that
- * does not answer, having no body or a kinematic one, stops a body without turning it. Between two
- * bodies that do answer, the impulse is near the right one: the guide says how near.
- *
- * Up to 1,000 places are tried, a quarter of that side apart. Threads: no other thread may use
- * these geoms. */
+ * need dContactMotionN with motionN = depth / step, but not beside dContactBounce. A geom without
+ * a body or with a kinematic one turns a fast body by friction only. Between two other bodies the
+ * impulse is near the right one: the guide says how near. Up to 1,000 places are tried, a quarter
+ * of that side apart. Threads: no other thread may use these geoms. */
 ODE_PARALLEL_SAP_API int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags,
                                                   dContactGeom* contacts, int skip);
 
 /* The statistics of the last collide, not dSpaceCollide2. Times are wall-clock milliseconds, 0 if
- * not taken. Under SetSkipStatic, a static geom is counted as it was when it last moved. */
+ * not taken. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;          /* such collides since the space was created */
   size_t geoms;                       /* geoms in the space */
@@ -508,7 +506,7 @@ typedef struct dParallelSAPStats {
   size_t memory_bytes;                /* of the space's own structures, not of geoms */
   unsigned long long kept;            /* pairs kept from the last frame, when little changed */
   double events_ms;                   /* which pairs began and ended */
-  unsigned long long apart;           /* pairs certainly apart, without dCollide */
+  unsigned long long apart;           /* 0: dCollide is called for all pairs now */
   int find_threads;                   /* threads used by the widest stage that finds pairs */
   int narrow_threads;                 /* threads that found contacts */
   unsigned long long candidates_kept; /* pairs of boxes with a margin, kept from earlier frames */
@@ -571,10 +569,10 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
  *   _DEVICES=n, _SKIP_STATIC=0|1, _SKIP_ASLEEP=0|1, _CULL_PLANES=0|1, _TOLERANCE=length: the
  *   settings above. So is _NOTIFIED=0|1|check, where check reports the first missing notification.
  * - ODE_PARALLEL_SAP_STATS=1: each space prints a summary by dMessage when it ends, or on stderr
- *   when the process does. It has the times of frames, queries and rays, the settings that would
- *   leave out pairs, and the calls that do queries in batches. It also counts geoms, in sub-spaces
- *   too, that have NaN, or move by more than half of their smallest side between frames. It counts
- *   geoms that lie too far for dReal, too: its step is more than 1/512 of that side.
+ *   when the process does. It has times, settings that would leave out pairs, and calls that do
+ *   queries in batches. It counts geoms in collides, but not in dSpaceCollide2, that have NaN, lie
+ *   where a step of dReal is more than 1/512 of their smallest side, or move by more than half of
+ *   it between frames: along their body's velocity, or else twice in a row.
  * - ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon: instruction set of the process.
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
  *   on. %p in it becomes the process's number. The preload library has more (space/preload). */

@@ -1,4 +1,4 @@
-#include "space/base/team.h"
+#include "space/base/parallel.h"
 
 #include <omp.h>
 #include <pthread.h>

@@ -3,7 +3,7 @@
 #include <set>
 #include <vector>
 
-#include "space/pairs/pair_sort.h"
+#include "space/pairs/row_table.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
@@ -33,13 +33,17 @@ std::vector<Buffer<Pair>> somePairs(std::size_t count, std::size_t slots, std::s
 }
 
 void checkSorted(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
-                 Buffer<Pair>& scratch) {
+                 RowTable& rows) {
   std::vector<Pair> wanted;
   for (const Buffer<Pair>& part : found) wanted.insert(wanted.end(), part.begin(), part.end());
   std::sort(wanted.begin(), wanted.end(),
             [](Pair a, Pair b) { return (a & ~borderline_bit) < (b & ~borderline_bit); });
   PairList pairs;
-  sortPairs(found, slots, threads, scratch, pairs);
+  rows.start(slots, std::max(threads, static_cast<int>(found.size())));
+  for (std::size_t part = 0; part < found.size(); ++part)
+    for (const Pair pair : found[part]) rows.add(static_cast<int>(part), pair);
+  rows.writePairs(/*exact=*/false, std::max(threads, static_cast<int>(found.size())), nullptr,
+                  pairs);
   std::vector<Pair> got;
   for (const PairList::Run& run : pairs.runs) got.insert(got.end(), run.begin(), run.end());
   REQUIRE(got == wanted);
@@ -50,7 +54,7 @@ struct Shape {
   std::size_t count, slots, spread;
 };
 
-// None, one, those that are sorted by comparisons, and slots of few and many bits.
+// None, one, few to a chunk of slots and many, and slots of few and many bits.
 constexpr Shape shapes[] = {{0, 10, 1},         {1, 2, 1},        {1, 100000, 1},
                             {7, 9, 1},          {256, 100000, 1}, {257, 100000, 1},
                             {20000, 250, 1},    {20000, 600, 1},  {20000, 4096, 1},
@@ -59,16 +63,16 @@ constexpr Shape shapes[] = {{0, 10, 1},         {1, 2, 1},        {1, 100000, 1}
 
 }  // namespace
 
-TEST_CASE("Pairs come ascending, however many there are to a slot", "[pair-sort]") {
+TEST_CASE("Pairs come ascending, however many there are to a slot", "[row-table]") {
   const std::uint64_t seed = sap_test::seedOr(1);
   INFO("seed " << seed);
   sap_test::Random random(seed);
-  Buffer<Pair> scratch;
+  RowTable rows;
   for (const Shape& shape : shapes)
     for (const int threads : {1, 3}) {
       INFO(shape.count << " pairs of " << shape.slots << " slots, every " << shape.spread << ", "
                        << threads << " threads");
       checkSorted(somePairs(shape.count, shape.slots, shape.spread, random), shape.slots, threads,
-                  scratch);
+                  rows);
     }
 }
