@@ -61,90 +61,63 @@ double gapOf(dJointID joint) {
   return length(minus(vec(a), vec(b)));
 }
 
-double square(double x) {
-  return x * x;
-}
 void raise(double& most, double value) {
   if (!(value <= most)) most = value;  // a NaN is the most
 }
 
-class Observer {
- public:
-  // The scene as it is built.
-  Observer(const Extreme& extreme, const Stage& stage) : extreme_(extreme) {
-    for (std::size_t i = 0; i < stage.bodies().size(); ++i) {
-      start_.push_back(stage.place(i));
-      energy_scale_ +=
-          tradeoff::massOf(stage[i]) * length(tradeoff::gravityOf(stage.world())) * extreme.unit;
-    }
-    middle_ = start_;
-    energy_ = stage.energy();
-    for (std::size_t i = 0; i < start_.size(); ++i)
-      energy_scale_ += 0.5 * square(length(stage.speed(i)));
-  }
-
-  // After the step of this number.
-  void look(Stage& stage, int step) {
-    if (step == extreme_.steps / 2)
-      for (std::size_t i = 0; i < start_.size(); ++i) middle_[i] = stage.place(i);
-    if (step >= extreme_.steps - extreme_.steps / 5 - 1)
-      lookLate(stage);
-    else
-      stage.depth = 0;
-    // Long runs are looked at now and then.
-    if (extreme_.steps > 10000 && step % 100 && step != extreme_.steps - 1) return;
-    if (energy_scale_ > 0)
-      raise(measures_.gain, std::fmax(0, (stage.energy() - energy_) / energy_scale_));
-  }
-
-  // After the last one.
-  const Measures& end(const Stage& stage) {
-    for (std::size_t i = 0; i < start_.size(); ++i) {
-      const Vec at = stage.place(i);
-      raise(measures_.shift, length(minus(at, start_[i])) / extreme_.unit);
-      raise(measures_.sink, (start_[i][2] - at[2]) / extreme_.unit);
-      raise(measures_.creep, length(minus(at, middle_[i])) / extreme_.unit);
-      if (extreme_.lost && extreme_.lost(stage, i)) ++measures_.lost;
-    }
-    return measures_;
-  }
-
- private:
-  void lookLate(const Stage& stage) {
-    raise(measures_.depth, stage.depth / extreme_.unit);
-    for (std::size_t i = 0; i < start_.size(); ++i)
-      raise(measures_.speed, length(stage.speed(i)) / extreme_.unit);
-    if (extreme_.demand != Demand::hold) return;
-    if (extreme_.error) return raise(measures_.gap, extreme_.error(stage));
-    for (const dJointID joint : stage.joints()) raise(measures_.gap, gapOf(joint) / extreme_.unit);
-  }
-
-  const Extreme& extreme_;
-  std::vector<Vec> start_, middle_;
-  double energy_ = 0, energy_scale_ = 0;
-  Measures measures_;
-};
-
 }  // namespace
 
-Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, double length) {
-  Extreme part = extreme;
-  part.steps = std::max(1, static_cast<int>(extreme.steps * length));
-  Stage stage(pairing, setting, part.step, part.gravity);
-  stage.add(part.things);
-  if (part.build) part.build(stage);
-  stage.stir(1e-5 * part.unit);
-  Observer observer(part, stage);
+Result play(const Extreme& whole, Pairing pairing, const Setting& setting, double part) {
+  const int steps = std::max(1, static_cast<int>(whole.steps * part));
+  Stage stage(pairing, setting, whole.step, whole.gravity);
+  stage.add(whole.things);
+  if (whole.build) whole.build(stage);
+  stage.stir(1e-5 * whole.unit);
+
+  const double unit = whole.unit, energy = stage.energy();
+  const std::size_t count = stage.bodies().size();
+  std::vector<Vec> start, middle;
+  double energy_scale = 0;  // of all bodies that move as at the start, and fall by a unit
+  for (std::size_t i = 0; i < count; ++i) {
+    start.push_back(stage.place(i));
+    energy_scale += tradeoff::massOf(stage[i]) * length(tradeoff::gravityOf(stage.world())) * unit +
+                    dot(stage.speed(i), stage.speed(i)) / 2;
+  }
+  middle = start;
   Result result;
-  while (result.steps < part.steps) {
-    if (part.drive) part.drive(stage);
+  Measures& m = result.measures;
+  for (int& step = result.steps; step < steps; ++step) {
+    if (whole.drive) whole.drive(stage);
     stage.step();
     result.digest = tradeoff::digestOf(stage.bodies(), result.digest);
-    if (!stage.isFinite()) return result;
-    observer.look(stage, result.steps++);
+    if (!stage.isFinite()) {
+      m = {};
+      return result;
+    }
+    if (step == steps / 2)
+      for (std::size_t i = 0; i < count; ++i) middle[i] = stage.place(i);
+    // Long runs are looked at now and then.
+    if ((steps <= 10000 || step % 100 == 0 || step == steps - 1) && energy_scale > 0)
+      raise(m.gain, std::fmax(0, (stage.energy() - energy) / energy_scale));
+    if (step < steps - steps / 5 - 1) {
+      stage.depth = 0;
+      continue;
+    }
+    raise(m.depth, stage.depth / unit);
+    for (std::size_t i = 0; i < count; ++i) raise(m.speed, length(stage.speed(i)) / unit);
+    if (whole.demand != Demand::hold) continue;
+    if (whole.error) raise(m.gap, whole.error(stage));
+    for (const dJointID joint : stage.joints())
+      if (!whole.error) raise(m.gap, gapOf(joint) / unit);
   }
-  result.measures = observer.end(stage);
-  result.outcome = judge(part, result.measures);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec at = stage.place(i);
+    raise(m.shift, length(minus(at, start[i])) / unit);
+    raise(m.sink, (start[i][2] - at[2]) / unit);
+    raise(m.creep, length(minus(at, middle[i])) / unit);
+    if (whole.lost && whole.lost(stage, i)) ++m.lost;
+  }
+  result.outcome = judge(whole, m);
   return result;
 }
 

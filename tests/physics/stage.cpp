@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "../support/recorder.h"
 
@@ -13,11 +12,6 @@ namespace sap_test::physics {
 namespace {
 
 constexpr int kMostContacts = 4;  // of a pair: enough for two boxes face to face
-
-dSpaceID makeSpace(Pairing pairing) {
-  if (pairing == Pairing::simple_in_our_order) return dSimpleSpaceCreate(nullptr);
-  return pairing == Pairing::hash ? dHashSpaceCreate(nullptr) : dParallelSAPSpaceCreate(nullptr);
-}
 
 dMass massOf(const Thing& thing) {
   dMass mass;
@@ -36,9 +30,11 @@ Stage::Stage(Pairing pairing, const Setting& setting, double step, const Vec& gr
       setting_(setting),
       step_(step / setting.divide),
       world_(dWorldCreate()),
-      space_(makeSpace(pairing)),
+      space_(pairing == Pairing::simple_in_our_order ? dSimpleSpaceCreate(nullptr)
+             : pairing == Pairing::hash              ? dHashSpaceCreate(nullptr)
+                                                     : dParallelSAPSpaceCreate(nullptr)),
       contact_joints_(dJointGroupCreate(0)) {
-  dWorldSetGravity(world_, real(gravity[0]), real(gravity[1]), real(gravity[2]));
+  set(dWorldSetGravity, world_, gravity);
   dWorldSetERP(world_, real(setting.erp));
   dWorldSetCFM(world_, real(setting.cfm));
   dWorldSetQuickStepNumIterations(world_, setting.iterations);
@@ -71,7 +67,7 @@ dBodyID Stage::add(const Thing& thing) {
     const dGeomID geom =
         take(thing.kind == Thing::ball ? dCreateSphere(space_, real(s[0]))
                                        : dCreateBox(space_, real(s[0]), real(s[1]), real(s[2])));
-    dGeomSetPosition(geom, real(at[0]), real(at[1]), real(at[2]));
+    set(dGeomSetPosition, geom, at);
     if (thing.kind == Thing::fixed) continue;
     body(geom, massOf(thing), at);
     push(bodies_.size() - 1, thing.speed);
@@ -119,7 +115,7 @@ dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
   const dBodyID body = dBodyCreate(world_);
   dBodySetMass(body, &mass);
   if (geom) dGeomSetBody(geom, body);
-  dBodySetPosition(body, real(centre[0]), real(centre[1]), real(centre[2]));
+  set(dBodySetPosition, body, centre);
   bodies_.push_back(body);
   return body;
 }
@@ -130,14 +126,6 @@ void Stage::turn(std::size_t body, const Vec& axis, double angle) {
   dBodySetRotation(bodies_[body], rotation);
 }
 
-void Stage::push(std::size_t body, const Vec& speed) {
-  dBodySetLinearVel(bodies_[body], real(speed[0]), real(speed[1]), real(speed[2]));
-}
-
-void Stage::spin(std::size_t body, const Vec& speed) {
-  dBodySetAngularVel(bodies_[body], real(speed[0]), real(speed[1]), real(speed[2]));
-}
-
 dJointID Stage::keep(dJointID joint, dBodyID a, dBodyID b) {
   dJointAttach(joint, a, b);
   return joints_.emplace_back(joint);
@@ -145,14 +133,14 @@ dJointID Stage::keep(dJointID joint, dBodyID a, dBodyID b) {
 
 dJointID Stage::ballJoint(dBodyID a, dBodyID b, const Vec& anchor) {
   const dJointID joint = keep(dJointCreateBall(world_, nullptr), a, b);
-  dJointSetBallAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
+  set(dJointSetBallAnchor, joint, anchor);
   return joint;
 }
 
 dJointID Stage::hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis) {
   const dJointID joint = keep(dJointCreateHinge(world_, nullptr), a, b);
-  dJointSetHingeAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
-  dJointSetHingeAxis(joint, real(axis[0]), real(axis[1]), real(axis[2]));
+  set(dJointSetHingeAnchor, joint, anchor);
+  set(dJointSetHingeAxis, joint, axis);
   return joint;
 }
 
@@ -227,20 +215,14 @@ double Stage::energy() const {
 }
 
 bool Stage::isFinite() const {
-  const auto finite = [](const dReal* numbers, int count) {
-    return std::all_of(numbers, numbers + count,
-                       [](dReal number) { return std::isfinite(number); });
-  };
-  return std::all_of(bodies_.begin(), bodies_.end(), [&finite](dBodyID body) {
-    return finite(dBodyGetPosition(body), 3) && finite(dBodyGetQuaternion(body), 4) &&
-           finite(dBodyGetLinearVel(body), 3) && finite(dBodyGetAngularVel(body), 3);
-  });
-}
-
-std::string text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", number);
-  return text;
+  dReal zero = 0;  // a product with 0 is 0 or no number
+  for (const dBodyID body : bodies_) {
+    const dReal* const states[] = {dBodyGetPosition(body), dBodyGetLinearVel(body),
+                                   dBodyGetAngularVel(body), dBodyGetQuaternion(body)};
+    for (int i = 0; i < 4; ++i)
+      for (int k = 0; k < (i == 3 ? 4 : 3); ++k) zero += 0 * states[i][k];
+  }
+  return zero == 0;
 }
 
 }  // namespace sap_test::physics

@@ -4,6 +4,7 @@
 #include <ode/ode.h>
 
 #include <cstdint>
+#include <cstdio>
 #include <deque>
 #include <functional>
 #include <string>
@@ -32,9 +33,18 @@ inline Vec operator+(Vec a, const Vec& b) {
 inline Vec operator*(double factor, const Vec& v) {
   return {factor * v[0], factor * v[1], factor * v[2]};
 }
+// Calls a setter of three numbers.
+template <class Set, class Object>
+void set(Set setter, Object object, const Vec& v) {
+  setter(object, real(v[0]), real(v[1]), real(v[2]));
+}
 
 // For names: 0.001 and 1e+06.
-std::string text(double number);
+inline std::string text(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
+}
 
 // Bodies or fixed geoms in a row.
 struct Thing {
@@ -87,8 +97,8 @@ class Stage {
   dBodyID body(dGeomID geom, const dMass& mass, const Vec& centre);  // no geom: touches nothing
   dGeomID take(dGeomID geom);
   void turn(std::size_t body, const Vec& axis, double angle);
-  void push(std::size_t body, const Vec& speed);
-  void spin(std::size_t body, const Vec& speed);
+  void push(std::size_t body, const Vec& speed) { set(dBodySetLinearVel, bodies_[body], speed); }
+  void spin(std::size_t body, const Vec& speed) { set(dBodySetAngularVel, bodies_[body], speed); }
 
   // Joints; no second body is the world. Anchors are given in the world.
   dJointID ballJoint(dBodyID a, dBodyID b, const Vec& anchor);

@@ -12,12 +12,9 @@
 
 namespace sap_test {
 
-// What dCollide found, without the padding that it leaves as it was.
-struct Contact {
-  dGeomID o1, o2;  // the pair
-  dGeomID g1, g2;
-  int side1, side2;
-  dReal pos[3], normal[3], depth;
+// What dCollide found for a pair.
+struct Contact : dContactGeom {
+  dGeomID o1, o2;
 };
 using Contacts = std::vector<Contact>;
 

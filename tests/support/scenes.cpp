@@ -27,6 +27,20 @@ Boxes boxesOf(std::size_t n, Make make) {
   return boxes;
 }
 
+// Anywhere in a cuboid.
+Boxes unitBoxesIn(double width, double depth, double height, std::size_t n, Random& random) {
+  return boxesOf(n, [&] {
+    const double x = random.between(0, width), y = random.between(0, depth);
+    return unitBoxAround(x, y, random.between(0, height));
+  });
+}
+
+Box shifted(Box box, int axis, double by) {
+  box.low[axis] += by;
+  box.high[axis] += by;
+  return box;
+}
+
 // Log-uniform sizes down to 10^-decades of the largest, which is 1.
 Boxes decades(std::size_t n, double decades, std::uint64_t seed) {
   Random random(seed);
@@ -43,19 +57,13 @@ Boxes decades(std::size_t n, double decades, std::uint64_t seed) {
 Boxes denseCube(std::size_t n, std::uint64_t seed) {
   Random random(seed);
   const double side = 0.95 * std::cbrt(static_cast<double>(n));
-  return boxesOf(n, [&] {
-    const double x = random.between(0, side), y = random.between(0, side);
-    return unitBoxAround(x, y, random.between(0, side));
-  });
+  return unitBoxesIn(side, side, side, n, random);
 }
 
 Boxes flatLayer(std::size_t n, std::uint64_t seed) {
   Random random(seed);
   const double side = 0.67 * std::sqrt(static_cast<double>(n));
-  return boxesOf(n, [&] {
-    const double x = random.between(0, side), y = random.between(0, side);
-    return unitBoxAround(x, y, random.between(0, 0.1));
-  });
+  return unitBoxesIn(side, side, 0.1, n, random);
 }
 
 Boxes straightLine(std::size_t n, std::uint64_t seed) {
@@ -68,17 +76,10 @@ Boxes clusters(std::size_t n, std::uint64_t seed) {
   Random random(seed);
   const std::size_t count = 1 + n / 200;
   const double side = 10 * std::cbrt(static_cast<double>(n));
-  const Boxes centres = boxesOf(count, [&] {
-    const double x = random.between(0, side), y = random.between(0, side);
-    return unitBoxAround(x, y, random.between(0, side));
-  });
+  const Boxes centres = unitBoxesIn(side, side, side, count, random);
   return boxesOf(n, [&] {
     Box box = centres[random.below(count)];
-    for (int axis = 0; axis < 3; ++axis) {
-      const double shift = 2.5 * random.gauss();
-      box.low[axis] += shift;
-      box.high[axis] += shift;
-    }
+    for (int axis = 0; axis < 3; ++axis) box = shifted(box, axis, 2.5 * random.gauss());
     return box;
   });
 }
@@ -132,13 +133,8 @@ Boxes longBars(std::size_t n, std::uint64_t seed) {
 
 Boxes farClusters(std::size_t n, std::uint64_t seed) {
   Boxes boxes = denseCube(n / 2, seed);
-  for (Box box : denseCube(n - n / 2, seed + 1)) {
-    for (int axis = 0; axis < 3; ++axis) {
-      box.low[axis] += 1e6;
-      box.high[axis] += 1e6;
-    }
-    boxes.push_back(box);
-  }
+  for (const Box& box : denseCube(n - n / 2, seed + 1))
+    boxes.push_back(shifted(shifted(shifted(box, 0, 1e6), 1, 1e6), 2, 1e6));
   Random random(seed + 2);
   shuffle(boxes.data(), boxes.size(), random);
   return boxes;
@@ -191,13 +187,13 @@ dGeomID World::take(dGeomID geom) {
 }
 
 dGeomID World::addBox(const Box& box) {
-  double centre[3], length[3];
+  dReal centre[3], length[3];
   for (int axis = 0; axis < 3; ++axis) {
-    centre[axis] = (box.low[axis] + box.high[axis]) / 2;
-    length[axis] = box.high[axis] - box.low[axis];
+    centre[axis] = real((box.low[axis] + box.high[axis]) / 2);
+    length[axis] = real(box.high[axis] - box.low[axis]);
   }
-  const dGeomID geom = dCreateBox(space_, real(length[0]), real(length[1]), real(length[2]));
-  dGeomSetPosition(geom, real(centre[0]), real(centre[1]), real(centre[2]));
+  const dGeomID geom = dCreateBox(space_, length[0], length[1], length[2]);
+  dGeomSetPosition(geom, centre[0], centre[1], centre[2]);
   return take(geom);
 }
 
