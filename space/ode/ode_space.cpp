@@ -20,7 +20,7 @@
 #include "space/base/tuning.h"
 #include "space/base/validate.h"
 #include "space/frame/without_memory.h"
-#include "space/geoms/assertions.h"
+#include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"

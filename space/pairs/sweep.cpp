@@ -10,11 +10,7 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-Region comparing("sweep: active boxes"), sweeping("sweep: tasks");
-
-}  // namespace
+static Region comparing("sweep: active boxes"), sweeping("sweep: tasks");
 
 // Calls use(span) with the sum of extents of each cell of all trees; not a number where there is
 // none.
