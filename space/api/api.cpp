@@ -11,8 +11,8 @@
 
 #include "space/contacts/reducers.h"
 #include "space/facts/facts.h"
-#include "space/finders/device_backend.h"
-#include "space/geoms/assertions.h"
+#include "space/finders/extraction.h"
+#include "space/geoms/geom_tests.h"
 #include "space/ode/ode_space.h"
 #include "space/rays/swept_contacts.h"
 #include "space/trace/trace.h"

@@ -13,7 +13,7 @@ constexpr bool kept_pairs = true;
 constexpr bool incremental_trees = true;
 // Pairs of boxes with room to move in are kept where all move by little (FatProxies).
 constexpr bool fat_pairs = true;
-// Cells are kept while their boxes stay together (CellCoherence).
+// Cells are kept while their boxes stay together (Sweep).
 constexpr bool kept_cells = true;
 // The pairs of a small scene that stands still are remembered (SmallScenes).
 constexpr bool still_small_scenes = true;

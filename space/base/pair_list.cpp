@@ -7,11 +7,7 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-Region deciding("pair list: exact tests");
-
-}  // namespace
+static Region deciding("pair list: exact tests");
 
 void PairList::decide(const PairTest* test, int threads) {
   if (!test) return;

@@ -10,11 +10,6 @@
 
 namespace ode_parallel_sap {
 
-void PairCache::beginFrame() {
-  if (!complete_) running_ = false;
-  complete_ = false;
-}
-
 void PairCache::start(std::size_t slots) {
   changed_.growTo(slots);
   changed_.clear();
@@ -32,6 +27,7 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
                                     int threads, GeomUpdate& geom_update,
                                     dParallelSAPStats& stats) {
   Update update;
+  if (!std::exchange(complete_, false)) running_ = false;
   const bool same_rules = rules == rules_;
   rules_ = rules;
   if (!running_ || !same_rules || !geom_update.canRepack()) return update;

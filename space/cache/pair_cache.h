@@ -36,9 +36,8 @@ class PairCache {
   // The slots that changed since the last frame; null where that is not known.
   const SlotSet* changed() const { return complete_ && running_ ? &changed_ : nullptr; }
 
-  // Frames within a callback use the boxes, too, and one that throws leaves them as they are: then
-  // nothing is kept.
-  void beginFrame();
+  // The frame came to its report. One that throws leaves boxes and pairs as they are: then the next
+  // one keeps nothing.
   void endFrame() { complete_ = true; }
   // The boxes and pairs of a frame that was found anew are complete. From stop() on no change
   // counted.

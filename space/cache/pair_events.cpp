@@ -15,11 +15,7 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-Region comparing("pair events: comparison");
-
-}  // namespace
+static Region comparing("pair events: comparison");
 
 void PairEvents::removeGeom(Slot slot) {
   trackSlots();

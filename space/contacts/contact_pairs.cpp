@@ -10,11 +10,7 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-Region listing("contacts: list of pairs");
-
-}  // namespace
+static Region listing("contacts: list of pairs");
 
 void ContactPairs::addSpace(dGeomID o1, dGeomID o2) {
   struct Depth {

@@ -10,7 +10,7 @@
 #include "space/base/buffer.h"
 #include "space/base/parallel.h"
 #include "space/contacts/collider_threads.h"
-#include "space/geoms/assertions.h"
+#include "space/geoms/geom_tests.h"
 
 namespace ode_parallel_sap {
 

@@ -38,9 +38,18 @@ std::size_t Pipeline::run(const FrameCall& call, const PairReceiver& receiver, R
   } else {
     reportWithoutMemory(frame, receiver);
   }
-  frame.clock.pause();
-  noteStats(frame);
-  return endFrame(frame.stats.pairs);
+  return endFrame(frame);
+}
+
+void Pipeline::beginFrame(const FrameCall& call, bool contacts) {
+  statistics_.beginFrame();
+  if (touches_ && !call.scene.nested) touches_->beginFrame(*events_, contacts);
+}
+
+std::size_t Pipeline::endFrame(Frame& frame) {
+  frame.begin(nullptr);
+  statistics_.note(frame.stats);
+  return statistics_.endFrame(frame.stats.pairs);
 }
 
 // What the frame is to do: without memory for the stages, to go pair by pair.
@@ -61,24 +70,21 @@ inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairRecei
 }
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
-  statistics_.beginFrame();
-  beginTouches(call, /*contacts=*/false);
+  beginFrame(call, /*contacts=*/false);
   const PairReceiver receiver = {data, callback, nullptr, true};
-  if (isSmall(call)) return endFrame(collideSmall(call, receiver, watchers_).pairs);
-  return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
-    if (!reportByLastStage(frame, pairs, data, callback)) report(frame, pairs, data, callback);
-  });
+  if (isSmall(call)) return statistics_.endFrame(collideSmall(call, receiver, watchers_).pairs);
+  return run(call, receiver,
+             [&](Frame& frame, const PairList& pairs) { report(frame, pairs, data, callback); });
 }
 
 std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
-  statistics_.beginFrame();
-  beginTouches(call, /*contacts=*/false);
+  beginFrame(call, /*contacts=*/false);
   if (!isSmall(call) || !hasRoom(call.lists, PairBlock::size))
     return collideManyPairs(call, request);
   PairBlock block(request, call.lists.large->contact_pairs.data());
   const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
                                  &PairBlock::leaveOut};
-  return endFrame(collideSmall(call, receiver, watchers_).pairs);
+  return statistics_.endFrame(collideSmall(call, receiver, watchers_).pairs);
 }
 
 // With room on the stack, should memory end. Not inline: small scenes have no need of it.
@@ -89,21 +95,20 @@ __attribute__((noinline)) std::size_t Pipeline::collideManyPairs(const FrameCall
   const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
                                  &PairBlock::leaveOut};
   return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
-    frame.clock.begin(Stage::report);
+    frame.begin(&dParallelSAPStats::report_ms);
     frame.stats.threads = handOutBlocks(pairs, call.scene, request, frame.plan.most_threads);
   });
 }
 
 std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request,
                                       LargeLists& lists) {
-  statistics_.beginFrame();
-  beginTouches(call, /*contacts=*/true);
+  beginFrame(call, /*contacts=*/true);
   Frame frame = {call, decide(call)};
   ContactPairs pairs(request, call.scene, lists.contact_pairs, lists.contact_slots,
                      touches_ && !call.scene.nested ? &lists.contact_firsts : nullptr);
   const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr, false};
   if (isSmall(call)) {
-    frame.clock.begin(Stage::extract);
+    frame.begin(&dParallelSAPStats::extract_ms);
     frame.stats = statsOf(collideSmall(call, receiver, nullptr));
   } else if (const PairList* const found = findPairs(frame)) {
     pairs.add(*found, stages_->geom_update.facts().spaces, frame.plan.threads);
@@ -112,13 +117,13 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   }
 
   NarrowPhase& narrow_phase = lists.narrow_phase;
-  frame.clock.begin(Stage::narrow);
+  frame.begin(&dParallelSAPStats::narrow_ms);
   bool found = true;
   try {
     const int used =
         narrow_phase.run(pairs.list(), request, frame.plan.most_threads, call.manual_cleanup);
     updateTouches(frame, pairs, narrow_phase);
-    frame.clock.begin(Stage::report);
+    frame.begin(&dParallelSAPStats::report_ms);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
     if (watchers_ && !call.scene.nested && watchers_->isDue())
@@ -127,17 +132,15 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
-    frame.clock.begin(Stage::report);
+    frame.begin(&dParallelSAPStats::report_ms);
     frame.stats.narrow_threads = 1;
   }
-  noteStats(frame);  // should a contact callback throw, or collide again
+  statistics_.note(frame.stats);  // should a contact callback throw, or collide again
   if (found)
     narrow_phase.report(pairs, request);
   else
     NarrowPhase::collideOneByOne(pairs, request);
-  frame.clock.pause();
-  noteStats(frame);
-  return endFrame(frame.stats.pairs);
+  return endFrame(frame);
 }
 
 // All stages up to the report. Where memory ends, they begin anew on one thread, with all of it
@@ -164,9 +167,8 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
   frame.stats.backend = dParallelSAPBackendCPU;
   call.lists.small.changes = 0;  // its pairs are those of the last frame no more
   if (!stages_ || !made(call.lists.large)) throw std::bad_alloc();
-  stages_->cache.beginFrame();
 
-  frame.clock.begin(Stage::update);
+  frame.begin(&dParallelSAPStats::update_ms);
   PairCache::Update update;
   if (plan.use_cache)
     update = stages_->cache.update(call.geoms(), call.slots(), plan.rules, plan.threads,
@@ -178,15 +180,23 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
     update.kept = false;
     found = findAnew(frame);
   }
-  const PairList& pairs = select(frame);
-  learn(frame, update.kept ? nullptr : &found);
+  LargeLists& lists = *call.lists.large;
+  const bool user_classes = stages_->geom_update.facts().user_classes;
+  const bool selects = user_classes || plan.rules.verified();
+  if (selects) {
+    frame.begin(&dParallelSAPStats::filter_ms);
+    verifyPairs(call.geoms(), plan.rules, user_classes, plan.threads, lists.candidates,
+                lists.selected);
+  }
+  const PairList& pairs = selects ? lists.selected : lists.candidates;
+  if (update.kept) stages_->fat.noteUnused();
+  if (plan.weighs_devices) learn(frame, update.kept ? nullptr : &found);
   // Memory does not end from here on.
-  const bool selected = &pairs != &call.lists.large->candidates;
-  updateEvents(frame, pairs, stages_->cache.noteReported(!selected, update));
-  frame.clock.pause();
+  updateEvents(frame, pairs, stages_->cache.noteReported(!selects, update));
+  frame.begin(nullptr);
   frame.stats.pairs = pairs.size();
   stages_->cache.endFrame();
-  noteStats(frame);
+  statistics_.note(frame.stats);
   if constexpr (validates) {
     stages_->geom_update.validate(call.geoms());
     stages_->cache.validate(call.geoms(), stages_->geom_update, plan.rules,
@@ -214,7 +224,7 @@ bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   call.scene.noteClean();
   noteUpdate(frame);
   // Where nothing changed the stage is shorter than reading the clock.
-  if (!update.isSame()) frame.clock.begin(Stage::extract);
+  if (!update.isSame()) frame.begin(&dParallelSAPStats::extract_ms);
   frame.stats.method = dParallelSAPMethodSweep;
   return stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
                               call.tree, call.lists.large->candidates, frame.stats);
@@ -233,7 +243,7 @@ Found Pipeline::findAnew(Frame& frame) {
   const BoxSet& boxes = stages_->geom_update.boxes();
   noteUpdate(frame);
 
-  frame.clock.begin(Stage::extract);
+  frame.begin(&dParallelSAPStats::extract_ms);
   PairList& candidates = call.lists.large->candidates;
   const PairFilter filter(call.geoms(), stages_->geom_update, plan.rules);
   Found found;
@@ -260,7 +270,7 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.candidates = found.pairs;
 
   if (plan.use_cache) stages_->cache.start(call.slots());
-  frame.clock.pause();  // the choice of devices learns from what this took
+  frame.begin(nullptr);  // the choice of devices learns from what this took
   return found;
 }
 
@@ -275,24 +285,12 @@ void Pipeline::noteUpdate(Frame& frame) {
   frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
 }
 
-// The pairs to be reported.
-const PairList& Pipeline::select(Frame& frame) {
-  LargeLists& lists = *frame.call.lists.large;
-  const bool user_classes = stages_->geom_update.facts().user_classes;
-  const PackRules& rules = frame.plan.rules;
-  if (!user_classes && !rules.verified()) return lists.candidates;
-  frame.clock.begin(Stage::filter);
-  verifyPairs(frame.call.geoms(), rules, user_classes, frame.plan.threads, lists.candidates,
-              lists.selected);
-  return lists.selected;
-}
-
 // The pairs of a frame within a callback are no events. `are_same`: all are those of the last
 // frame.
 void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) {
   if (!events_ || frame.call.scene.nested) return;
   if (are_same && events_->updateSame()) return;
-  frame.clock.begin(Stage::events);
+  frame.begin(&dParallelSAPStats::events_ms);
   if (!events_->update(pairs, frame.call.scene.slots, frame.plan.rules, frame.plan.threads))
     complaints_.ofUnreportedEvents();
 }
@@ -300,7 +298,7 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
 // Of a frame whose pairs have numbers and whose contacts are all known.
 void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found) {
   if (!touches_ || frame.call.scene.nested) return;
-  frame.clock.begin(Stage::events);
+  frame.begin(&dParallelSAPStats::events_ms);
   if (!events_->hasEvents() || !pairs.isComplete() ||
       !touches_->update(pairs, found, *events_, frame.plan.rules, frame.plan.most_threads))
     complaints_.ofUnreportedEvents();
@@ -325,12 +323,10 @@ SceneFacts Pipeline::factsOf(const FrameCall& call) {
 
 // `found`: how the pairs were found anew; null if they were kept.
 void Pipeline::learn(const Frame& frame, const Found* found) {
-  if (!found) stages_->fat.noteUnused();
-  if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = stages_->extraction.devices;
   devices.reportLeftOut();
   const int wanted = stages_->policy.learn(frame.plan, factsOf(frame.call), frame.call.settings,
-                                           found, frame.clock.of(Stage::extract));
+                                           found, frame.stats.extract_ms);
   if (wanted > 0) devices.prepare(wanted);
 }
 
@@ -343,36 +339,29 @@ void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
   watchers_->endPairs();
 }
 
+// The last stage may collide a part of the pairs first, as if it were all.
 void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
-  frame.clock.begin(Stage::report);
+  const bool by_last_stage = last_stage_ && !frame.call.scene.nested;
+  if (by_last_stage) frame.begin(&dParallelSAPStats::narrow_ms);
+  const bool prepared = by_last_stage && last_stage_->prepare(frame, pairs);
+  frame.begin(&dParallelSAPStats::report_ms);
+  if (prepared) {
+    statistics_.note(frame.stats);  // should the callback throw, or collide again
+    return last_stage_->report(frame, pairs, data, callback);
+  }
   const Reports::Open open(frame.call.scene.reports);
   reportPairs(pairs, frame.call.scene, frame.call.lists.large->limit,
               [=](Pair, std::size_t, dxGeom* a, dxGeom* b) { callback(data, a, b); });
 }
 
-// False where it leaves that to the frame. It may collide a part of the pairs, as if it were all.
-bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data,
-                                 dNearCallback* callback) {
-  const FrameCall& call = frame.call;
-  if (!last_stage_ || call.scene.nested) return false;
-  frame.clock.begin(Stage::narrow);
-  const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
-                                     call.manual_cleanup, call.lists.large->limit};
-  if (!last_stage_->prepare(of_frame, frame.stats)) return false;
-  frame.clock.begin(Stage::report);
-  noteStats(frame);  // should the callback throw, or collide again
-  last_stage_->report(of_frame, data, callback);
-  return true;
-}
-
 // The last resort: finds and reports at once.
 void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
-  frame.clock.begin(Stage::report);
+  frame.begin(&dParallelSAPStats::report_ms);
   complaints_.ofNoMemory();
   const std::size_t moved = frame.stats.moved;
   frame.stats = updateWithoutMemory(frame.call.scene);
   frame.stats.moved += moved;
-  noteStats(frame);
+  statistics_.note(frame.stats);
   LargeLists* const lists = frame.call.lists.large.get();
   collideWithoutMemory(frame.call.scene, frame.plan.rules, lists ? &lists->last_resort : nullptr,
                        frame.stats, receiver);

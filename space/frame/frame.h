@@ -66,27 +66,30 @@ struct Frame {
   const FrameCall& call;
   Plan plan;  // changes only if memory ends
   dParallelSAPStats stats = {};
-  StageClock clock = {};
+
+  // The time from now on is that of a stage; null: of none.
+  void begin(double dParallelSAPStats::*stage) {
+    const Clock::time_point now = Clock::now();
+    if (stage_ms) stats.*stage_ms += milliseconds(last, now);
+    stats.total_ms = milliseconds(first, now);
+    last = now;
+    stage_ms = stage;
+  }
+
+  const Clock::time_point first = Clock::now();
+  Clock::time_point last = first;
+  double dParallelSAPStats::*stage_ms = nullptr;
 };
 
 // What an add-on may put in the place of the report of dSpaceCollide.
 class LastStage {
  public:
-  // The pairs of a frame, and how they may be collided.
-  struct Pairs {
-    const PairList& list;
-    const Scene& scene;
-    int threads;  // that the space may use
-    bool manual_cleanup;
-    const Pair*& limit;  // of reportPairs()
-  };
-
   virtual ~LastStage() = default;
-  // What is to be done before the report, counted in `stats`. False: the frame reports its pairs
-  // itself.
-  virtual bool prepare(const Pairs& pairs, dParallelSAPStats& stats) = 0;
+  // What is to be done with the pairs before the report. False: the frame reports them itself.
+  virtual bool prepare(Frame& frame, const PairList& pairs) = 0;
   // Calls the callback for each of the pairs, in their order.
-  virtual void report(const Pairs& pairs, void* data, dNearCallback* callback) = 0;
+  virtual void report(const Frame& frame, const PairList& pairs, void* data,
+                      dNearCallback* callback) = 0;
   // The geom of a slot has moved, changed or gone; all slots are others.
   virtual void noteChange(Slot slot) = 0;
   virtual void noteNewSlots() = 0;
@@ -171,6 +174,7 @@ class Pipeline {
   };
 
   bool cleanMany(const Scene& scene, const Settings& settings);
+  void beginFrame(const FrameCall& call, bool contacts);
   SceneFacts factsOf(const FrameCall& call);
   Plan decide(const FrameCall& call);
   std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
@@ -184,22 +188,13 @@ class Pipeline {
   bool renew(Frame& frame, const PairCache::Update& update);
   Found findAnew(Frame& frame);
   void noteUpdate(Frame& frame);
-  const PairList& select(Frame& frame);
   void updateEvents(Frame& frame, const PairList& pairs, bool are_same);
-  void beginTouches(const FrameCall& call, bool contacts) {
-    if (touches_ && !call.scene.nested) touches_->beginFrame(*events_, contacts);
-  }
   void updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found);
   void learn(const Frame& frame, const Found* found);
   void showPairs(const Frame& frame, const PairList& pairs);
   void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
-  bool reportByLastStage(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
   void reportWithoutMemory(Frame& frame, const PairReceiver& receiver);
-  void noteStats(const Frame& frame) { statistics_.note(frame.stats, frame.clock); }
-  std::size_t endFrame(std::size_t pairs) {
-    statistics_.endFrame();
-    return pairs;
-  }
+  std::size_t endFrame(Frame& frame);
 
   std::unique_ptr<Stages> stages_;
   int event_kinds_ = 0;

@@ -9,11 +9,7 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-Region handing_out("pairs in blocks: blocks");
-
-}  // namespace
+static Region handing_out("pairs in blocks: blocks");
 
 void PairBlock::add(void* block, dGeomID o1, dGeomID o2) {
   PairBlock& self = *static_cast<PairBlock*>(block);

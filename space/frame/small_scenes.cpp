@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "space/base/mechanisms.h"
@@ -158,13 +159,6 @@ inline unsigned findAmongClean(const Scene& scene, const PairRule& rule, bool st
   return filter(lists, [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); });
 }
 
-__attribute__((noinline)) unsigned findInExactMode(const Scene& scene, const PairRule& rule,
-                                                   bool still, bool by_filters, SmallLists& lists,
-                                                   FrameCounts& counts) {
-  const ScopedMode mode(exactMode());
-  return findAmongClean(scene, rule, still, by_filters, lists, counts);
-}
-
 // Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. `still`: no geom
 // became dirty, came or went since the last frame. Reads the thread's floating-point mode before it
 // computes: reading it waits for all computations before. `counts` are written member by member and
@@ -184,8 +178,9 @@ inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLi
       is_exact = is_exact && !cleaned.by_others;
       scene.noteClean();
     }
-    pairs = is_exact ? findAmongClean(scene, rule, still, by_filters, lists, counts)
-                     : findInExactMode(scene, rule, still, by_filters, lists, counts);
+    std::optional<ScopedMode> mode;
+    if (!is_exact) mode.emplace(exactMode());
+    pairs = findAmongClean(scene, rule, still, by_filters, lists, counts);
   }
   counts.geoms = static_cast<unsigned>(scene.count);
   counts.unbounded = lists.unbounded;

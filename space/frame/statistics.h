@@ -13,38 +13,11 @@
 
 namespace ode_parallel_sap {
 
-enum class Stage { update, extract, filter, events, narrow, report, none };
-constexpr double dParallelSAPStats::*stage_ms[] = {
-    &dParallelSAPStats::update_ms, &dParallelSAPStats::extract_ms, &dParallelSAPStats::filter_ms,
-    &dParallelSAPStats::events_ms, &dParallelSAPStats::narrow_ms,  &dParallelSAPStats::report_ms};
-
 using Clock = std::chrono::steady_clock;
 
 inline double milliseconds(Clock::time_point begin, Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - begin).count();
 }
-
-// Adds up the time of each stage, from its begin() to the next one.
-class StageClock {
- public:
-  void begin(Stage stage) {
-    const Clock::time_point now = Clock::now();
-    ms_[static_cast<int>(stage_)] += milliseconds(last_, now);
-    last_ = now;
-    stage_ = stage;
-  }
-  // No stage runs until the next begin().
-  void pause() { begin(Stage::none); }
-  double of(Stage stage) const { return ms_[static_cast<int>(stage)]; }
-  // Up to the last begin().
-  double total() const { return milliseconds(first_, last_); }
-
- private:
-  const Clock::time_point first_ = Clock::now();
-  Clock::time_point last_ = first_;
-  Stage stage_ = Stage::none;
-  double ms_[static_cast<int>(Stage::none) + 1] = {};
-};
 
 // The counts of a small frame, which has no other statistics but times; so small themselves that
 // they fit registers.
@@ -136,15 +109,12 @@ class Statistics {
   void beginFrame() { ++frames_; }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
   // Without memory no more than what is noted of a small one.
-  void note(const dParallelSAPStats& frame, const StageClock& clock) {
+  void note(const dParallelSAPStats& frame) {
     small_ = {countsOf(frame), 0, 0};
     if (!made(last_)) return;
     last_was_small_ = false;
     *last_ = frame;
     last_->threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
-    for (int stage = 0; stage < static_cast<int>(Stage::none); ++stage)
-      (*last_).*stage_ms[stage] = clock.of(static_cast<Stage>(stage));
-    last_->total_ms = clock.total();
   }
   // The same of a small frame. Few words are written: more would be a good part of a frame of two
   // geoms.
@@ -156,11 +126,13 @@ class Statistics {
     small_.found_ms = found_ms;
     small_.report_ms = report_ms;
   }
-  // The last noted frame came to its end.
-  void endFrame() {
-    if (!sums_) return;
-    ++sums_->of.frames;
-    sums_->of.addFrames(last());
+  // The last noted frame came to its end. Returns its number of pairs.
+  std::size_t endFrame(std::size_t pairs) {
+    if (sums_) {
+      ++sums_->of.frames;
+      sums_->of.addFrames(last());
+    }
+    return pairs;
   }
 
   // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays or probes: summed only. Any

@@ -1,6 +1,8 @@
 // ODE's tests on a geom. Those on pairs of geoms are in pair_rule.h.
 #pragma once
 
+#include <ode/ode.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -160,6 +162,11 @@ inline void prefetchBounds(const dxGeom* geom) {
 
 inline void prefetchPose(const dxGeom* geom) {
   if (geom->final_posr) prefetchObject(geom->final_posr, sizeof(dxPosR));
+}
+
+// As ODE's dUASSERT, for code that other functions call.
+inline void require(bool holds, const char* message, const char* function) {
+  if (!holds) dDebug(d_ERR_UASSERT, "%s in %s()", message, function);
 }
 
 }  // namespace ode_parallel_sap

@@ -16,7 +16,7 @@
 #include "space/base/pair_list.h"
 #include "space/base/parallel.h"
 #include "space/base/platform.h"
-#include "space/finders/device_backend.h"
+#include "space/finders/extraction.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {

@@ -1,5 +1,9 @@
 #include "space/ode/ode_space.h"
 
+#if defined(__linux__)
+#include <pthread.h>
+#endif
+
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -16,7 +20,7 @@
 #include "space/base/tuning.h"
 #include "space/base/validate.h"
 #include "space/frame/without_memory.h"
-#include "space/geoms/assertions.h"
+#include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
@@ -58,6 +62,34 @@ bool removeFromPrinting(const ParallelSAPSpace* space) {
   return printing().spaces.erase(space) > 0;
 }
 
+// The stack that the system gave the calling thread; empty where that is not known.
+struct Stack {
+  const char *begin = nullptr, *end = nullptr;
+  Stack() {
+#if defined(__linux__)
+    pthread_attr_t attributes;
+    void* lowest;
+    std::size_t size;
+    if (pthread_getattr_np(pthread_self(), &attributes) != 0) return;
+    if (pthread_attr_getstack(&attributes, &lowest, &size) == 0) {
+      begin = static_cast<const char*>(lowest);
+      end = begin + size;
+    }
+    pthread_attr_destroy(&attributes);
+#endif
+  }
+  bool holds(const char* place) const {
+    return begin <= place && place < end;
+  }
+};
+
+// Stacks grow downwards.
+bool hasEnded(const Workspace& workspace, const char* now) {
+  if (workspace.taken_at > now) return false;
+  static thread_local const Stack own;
+  return own.holds(workspace.taken_at) && own.holds(now);
+}
+
 }  // namespace
 
 // A call of the space, by one thread at a time. Queries of a space in which nothing changes may run
@@ -66,7 +98,10 @@ class ParallelSAPSpace::Use {
  public:
   enum Of { change, query };
 
-  explicit Use(ParallelSAPSpace& space, Of of = change) : space_(space) {
+  // With `locks` of 1 the space is locked against changes to its contents, until it is left in
+  // whatever way.
+  explicit Use(ParallelSAPSpace& space, Of of = change, int locks = 0)
+      : space_(space), locks_(locks) {
     const std::thread::id self = std::this_thread::get_id();
     std::thread::id user;
     if (is_sure || of == query
@@ -75,8 +110,10 @@ class ParallelSAPSpace::Use {
       meet(user == self, of);
     else if (!is_sure && of == change)
       space.user_.store(self, std::memory_order_relaxed);
+    count(locks);
   }
   ~Use() {
+    count(-locks_);
     if (!alone_) return;
     space_.is_checked_.store(false, std::memory_order_relaxed);
     space_.user_.store(std::thread::id(), std::memory_order_release);
@@ -92,6 +129,13 @@ class ParallelSAPSpace::Use {
   bool is_guest_ = false;
 
  private:
+  const int locks_;
+
+  void count(int locks) {
+    if (is_guest_) return;
+    space_.lock_count += locks;
+    space_.calls_ += locks;
+  }
 #ifdef NDEBUG
   static constexpr bool is_sure = false;  // two that begin at the same moment may go unseen
 #else
@@ -122,34 +166,58 @@ class ParallelSAPSpace::Use {
   }
 };
 
-// Locks the space against changes to its contents, until it is left in whatever way.
-class ParallelSAPSpace::Lock : public Use {
- public:
-  explicit Lock(ParallelSAPSpace& space, Of of = change) : Use(space, of) { count(1); }
-  __attribute__((always_inline)) ~Lock() { count(-1); }
-
- private:
-  void count(int one) {
-    if (is_guest_) return;
-    space_.lock_count += one;
-    space_.calls_ += one;
-  }
-};
-
-// One that calls back. A longjmp leaves the lock counted, and the thread in the space.
-class ParallelSAPSpace::Call : public Lock, public WorkspaceUse {
+// One that calls back, and uses the workspace of its depth. A callback may leave it by longjmp,
+// which runs no destructor: the lock stays counted, and the thread in the space. So a call owns
+// nothing, and the next call finds out whether that one has ended. A call at the same or a
+// shallower depth of the same stack proves it. A deeper call, or one on another stack of the
+// thread, counts as one within a callback: its pairs are right, but it keeps nothing and reports no
+// events.
+class ParallelSAPSpace::Call : public Use {
  public:
   Call(ParallelSAPSpace& space, Of of) : Call(space, of, this + 1) {}
-  __attribute__((always_inline)) ~Call() {}
+  __attribute__((always_inline)) ~Call() {
+    if (workspace_) workspace_->taken_at = nullptr;
+  }
+
+  // Null without memory for one within a callback, and for guests.
+  Workspace* workspace() const { return workspace_; }
+  // Those lists of it; null without memory.
+  template <class Lists>
+  Lists* lists(std::unique_ptr<Lists> Workspace::*lists) const {
+    return workspace_ ? made(workspace_->*lists) : nullptr;
+  }
+  // Whether it is within a callback of this space.
+  bool nested() const { return nested_; }
 
  protected:
+  // The call's part of the stack goes on to `end`.
   __attribute__((always_inline)) Call(ParallelSAPSpace& space, Of of, void* end)
-      : Lock(space, of), WorkspaceUse(is_guest_ ? nullptr : &space.workspace_, alone_, end) {
-    if (!is_guest_) {
-      alone_ = !nested();
-      if (alone_) space.edits_.clear();
-    }
+      : Use(space, of, 1), workspace_(is_guest_ ? nullptr : &space.workspace_) {
+    if (alone_ && workspace_ && !workspace_->inner)
+      workspace_->taken_at = reinterpret_cast<const char*>(this);
+    else
+      enter(end);
+    if (is_guest_) return;
+    alone_ = !nested_;
+    if (alone_) space.edits_.clear();
   }
+
+ private:
+  __attribute__((noinline)) void enter(void* end) {
+    Workspace* const outermost = workspace_;
+    while (!alone_ && workspace_ && workspace_->taken_at &&
+           !hasEnded(*workspace_, static_cast<const char*>(end))) {
+      if (!workspace_->inner) workspace_->inner.reset(new (std::nothrow) Workspace);
+      workspace_ = workspace_->inner.get();
+    }
+    nested_ = workspace_ != outermost;
+    for (Workspace* ended = workspace_; ended; ended = ended->inner.get())
+      ended->taken_at = nullptr;
+    if (workspace_) workspace_->taken_at = reinterpret_cast<const char*>(this);
+  }
+
+  Workspace* workspace_;
+  bool nested_ = false;
 };
 
 // One whose successor is to know that it has ended, should it be left by longjmp. Calls that one
@@ -417,7 +485,7 @@ void ParallelSAPSpace::updateSweptBounds() {
     any = true;
   });
   if (!swept_.idle()) {
-    const Lock lock(*this, Use::query);
+    const Use lock(*this, Use::query, /*locks=*/1);
     if (!lock.isGuest() && swept_.update(*this, slots_.geoms().data(), slots_.size())) any = true;
   }
   if (!any) return;
@@ -431,12 +499,12 @@ void ParallelSAPSpace::updateSweptBounds() {
 // Of one geom, which meets another space.
 void ParallelSAPSpace::updateSweptBoundsOf(dxGeom* geom) {
   if (swept_.idle()) return;
-  const Lock lock(*this, Use::query);
+  const Use lock(*this, Use::query, /*locks=*/1);
   if (!lock.isGuest()) swept_.updateOne(geom, Slots::slotOf(geom), slots_.size());
 }
 
 void ParallelSAPSpace::cleanGeoms() {
-  const Lock lock(*this, Use::query);
+  const Use lock(*this, Use::query, /*locks=*/1);
   if (lock.isGuest()) return;
   checkSilent();
   if (!needs_clean_) return;

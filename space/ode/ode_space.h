@@ -15,10 +15,28 @@
 #include "space/geoms/space_observer.h"
 #include "space/ode/silent_geoms.h"
 #include "space/ode/swept_bounds.h"
-#include "space/ode/workspace.h"
 #include "space/queries/geom_tree.h"
+#include "space/rays/overlap_finder.h"
+#include "space/rays/ray_caster.h"
 
 namespace ode_parallel_sap {
+
+// What a call of a space holds while it calls back, owned by the space.
+struct Workspace {
+  FrameLists frame;
+  std::unique_ptr<QueryLists> query;
+  std::unique_ptr<RayLists> rays;
+  std::unique_ptr<OverlapLists> overlaps;
+  const char* taken_at = nullptr;    // where the call that uses it stands on its stack
+  std::unique_ptr<Workspace> inner;  // for a call within a callback of that call
+
+  void releaseQueries() {
+    query.reset();
+    rays.reset();
+    overlaps.reset();
+  }
+  std::size_t bytes() const { return bytesOf(frame, query, rays, overlaps, inner); }
+};
 
 // The linked list of the base class holds the geoms in the order of their slots, for ODE's own
 // functions that walk it. Dirty geoms are found by their flags, and do not come first as in stock
@@ -93,7 +111,6 @@ class ParallelSAPSpace : public dxSpace {
 
  private:
   class Use;
-  class Lock;
   class Call;
   class SpannedCall;
 

@@ -11,12 +11,8 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-Region assigning("cell order: regions"), dealing("cell order: centres"),
+static Region assigning("cell order: regions"), dealing("cell order: centres"),
     halving("cell order: halves");
-
-}  // namespace
 
 template <class Real>
 void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {

@@ -9,11 +9,7 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-Region packing("cell trees: cells"), numbering("cell trees: places");
-
-}  // namespace
+static Region packing("cell trees: cells"), numbering("cell trees: places");
 
 // Makes room for all levels, and the views of it. There are none while that may fail.
 template <class Real>

@@ -10,16 +10,15 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-Region comparing("cell coherence: active boxes"), sweeping("sweep: tasks");
+static Region comparing("sweep: active boxes"), sweeping("sweep: tasks");
 
 // Calls use(span) with the sum of extents of each cell of all trees; not a number where there is
 // none.
-template <class Real, class Use>
-void forSpans(const CellTrees<Real>& trees, Use use) {
-  for (std::size_t i = 0; i < trees.count(); ++i) {
-    const TreeView<Real>& tree = trees.views()[i];
+template <class Real>
+template <class Use>
+void Sweep<Real>::forSpans(Use use) const {
+  for (std::size_t i = 0; i < trees_.count(); ++i) {
+    const TreeView<Real>& tree = trees_.views()[i];
     for (std::uint32_t node = 0; tree.depth && node < tree.groups[1]; ++node) {
       const Group<Real>& cells = tree.levels[1][node];
       for (int lane = 0; lane < group_size; ++lane) {
@@ -32,15 +31,14 @@ void forSpans(const CellTrees<Real>& trees, Use use) {
   }
 }
 
-}  // namespace
-
+// Whether the cells of before hold all active slots and no others, and are not too old.
 template <class Real>
-bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
+bool Sweep<Real>::mayReuseCells(const BoxSet& boxes, int threads) {
   if (!mechanisms::kept_cells) return false;
   constexpr std::size_t word_slots = SlotSet::word_slots;
   const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
   active_.growTo(boxes.size);
-  std::atomic<bool> same{known_ && size_ == boxes.size};
+  std::atomic<bool> same{has_cells_ && size_ == boxes.size};
   size_ = boxes.size;
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   const int most = teamFor(words, grains::cells, threads);
@@ -58,12 +56,13 @@ bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
   return same && reuses_ < longest_reuse && !back_off_.skipTurn();
 }
 
+// Whether the cells, packed with the new boxes, have hardly grown: on average, as shares of what
+// they were. What was infinite has not grown.
 template <class Real>
-bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
-  // On average, as shares of what they were. What was infinite has not grown.
+bool Sweep<Real>::areGoodCells() {
   double growth = 0, count = 0;
   const Real* before = spans_.begin();
-  forSpans(trees, [&](Real span) {
+  forSpans([&](Real span) {
     growth += span > *before ? span / *before - 1 : 0;
     count += span == span;
     ++before;
@@ -72,14 +71,6 @@ bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
   ++reuses_;
   good ? back_off_.paid() : back_off_.failed();
   return good;
-}
-
-template <class Real>
-void CellCoherence<Real>::restart(const CellTrees<Real>& trees) {
-  spans_.resizeDiscarding(0);
-  forSpans(trees, [this](Real span) { spans_.push_back(span); });
-  reuses_ = 0;
-  known_ = true;
 }
 
 template <class Real>
@@ -96,14 +87,17 @@ void Sweep<Real>::planTasks(int threads) {
 template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
   const ScopedMode mode(exactMode());
-  if (cell_coherence_.mayReuse(boxes, threads)) {
+  if (mayReuseCells(boxes, threads)) {
     trees_.build(boxes, order_, threads);
-    if (cell_coherence_.reuse(trees_)) return;
+    if (areGoodCells()) return;
   }
-  cell_coherence_.forget();
+  has_cells_ = false;
   order_.build(boxes, threads, workspace);
   trees_.build(boxes, order_, threads);
-  cell_coherence_.restart(trees_);
+  spans_.resizeDiscarding(0);
+  forSpans([this](Real span) { spans_.push_back(span); });
+  reuses_ = 0;
+  has_cells_ = true;
 }
 
 template <class Real>

@@ -56,9 +56,8 @@ void PrecomputedContacts::endReport() {
 }
 
 // One thread gains nothing.
-bool PrecomputedContacts::prepare(const Pairs& pairs, dParallelSAPStats& stats) try {
-  const std::size_t count = pairs.list.size();
-  const int most = teamFor(count, grains::collided_pairs, pairs.threads);
+bool PrecomputedContacts::prepare(Frame& frame, const PairList& pairs) try {
+  const int most = teamFor(pairs.size(), grains::collided_pairs, frame.plan.most_threads);
   if (!always_) {
     if (most == 1) return false;
     if (back_off_.skipTurn()) return false;
@@ -84,7 +83,7 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, dParallelSAPStats& stats) 
   list_.resizeDiscarding(0);
   // Where modes cannot be compared nothing would be answered.
   if (any && !stopped_.load(std::memory_order_relaxed) && !differs(mode_, mode_))
-    collide(pairs, stats);
+    collide(frame, pairs);
   return true;
 } catch (const std::bad_alloc&) {
   release();
@@ -97,8 +96,9 @@ void PrecomputedContacts::release() {
   narrow_phase_ = NarrowPhase();
 }
 
-void PrecomputedContacts::collide(const Pairs& pairs, dParallelSAPStats& stats) {
-  listPairs(pairs.list, pairs.scene.slots.data(), pairs.threads, list_);
+void PrecomputedContacts::collide(Frame& frame, const PairList& pairs) {
+  const int threads = frame.plan.most_threads;
+  listPairs(pairs, frame.call.geoms(), threads, list_);
   kinds_.resizeDiscarding(list_.size());
   ContactRequest request = {this, 0, {}};
   request.flags_at = [](void* self, std::size_t place, const dParallelSAPPair& pair) {
@@ -109,11 +109,11 @@ void PrecomputedContacts::collide(const Pairs& pairs, dParallelSAPStats& stats) 
       for (dReal* const fourth : {&contacts[i].pos[3], &contacts[i].normal[3]})
         std::memcpy(fourth, &unwritten, sizeof unwritten);
   };
-  const int used = narrow_phase_.run(list_, request, pairs.threads, pairs.manual_cleanup);
-  stats.contacts = narrow_phase_.contacts();
+  const int used = narrow_phase_.run(list_, request, threads, frame.call.manual_cleanup);
+  frame.stats.contacts = narrow_phase_.contacts();
   last_.precomputed =
       list_.size() - static_cast<std::size_t>(std::count(kinds_.begin(), kinds_.end(), kinds));
-  if (last_.precomputed) stats.narrow_threads = used;
+  if (last_.precomputed) frame.stats.narrow_threads = used;
 }
 
 // On any thread. With 0 the pair is not collided.
@@ -147,7 +147,8 @@ PrecomputedContacts::Kind PrecomputedContacts::kindOf(const dxGeom* o1, const dx
   return static_cast<Kind>((o1->type * classes + o2->type) * 4 + bodies);
 }
 
-void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* callback) {
+void PrecomputedContacts::report(const Frame& frame, const PairList& pairs, void* data,
+                                 dNearCallback* callback) {
   struct End {
     PrecomputedContacts& contacts;
     ~End() {
@@ -160,7 +161,7 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
   reporting_ = true;
   reporting_now_ = this;  // from now on dCollide on this thread is answered, or watched
   const End end{*this};
-  const Reports::Open open(pairs.scene.reports);
+  const Reports::Open open(frame.call.scene.reports);
   const auto call = [&](Pair pair, std::size_t place, dxGeom* a, dxGeom* b) {
     pair_ = pair;
     geoms_ = {a, b};
@@ -172,7 +173,7 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
     if (kind < habits_.size()) ++habits_[kind].pairs;
     callback(data, a, b);
   };
-  reportPairs(pairs.list, pairs.scene, pairs.limit, call);
+  reportPairs(pairs, frame.call.scene, frame.call.lists.large->limit, call);
 }
 
 void PrecomputedContacts::learn() {

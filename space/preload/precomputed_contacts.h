@@ -40,8 +40,9 @@ class PrecomputedContacts final : public LastStage {
   explicit PrecomputedContacts(bool always) : always_(always) {}
   ~PrecomputedContacts() override { endReport(); }
 
-  bool prepare(const Pairs& pairs, dParallelSAPStats& stats) override;
-  void report(const Pairs& pairs, void* data, dNearCallback* callback) override;
+  bool prepare(Frame& frame, const PairList& pairs) override;
+  void report(const Frame& frame, const PairList& pairs, void* data,
+              dNearCallback* callback) override;
   void noteChange(Slot slot) override;
   void noteNewSlots() override { changed_all_ = true; }
   void release() override;
@@ -77,7 +78,7 @@ class PrecomputedContacts final : public LastStage {
   };
 
   static Kind kindOf(const dxGeom* o1, const dxGeom* o2);
-  void collide(const Pairs& pairs, dParallelSAPStats& stats);
+  void collide(Frame& frame, const PairList& pairs);
   int flagsAt(std::size_t place, const dParallelSAPPair& pair);
   void endReport();
   void learn();

@@ -212,10 +212,10 @@ const Work kWorks[] = {
     {"all boxes move",
      framesOf(dParallelSAPMethodSweep, populateDensely, moveAll),
      {"update: geoms", "cell order: regions", "cell order: centres", "cell order: halves",
-      "cell trees: cells", "cell coherence: active boxes", "sweep: tasks", "rows: pairs"}},
+      "cell trees: cells", "sweep: active boxes", "sweep: tasks", "rows: pairs"}},
     {"crowds in one place",
      framesOf(dParallelSAPMethodSweep, populateWithCrowds, moveSome),
-     {"pair sort: counts", "pair sort: buckets", "pair sort: pairs"}},
+     {"changed pairs: boxes", "rows: pairs"}},
     {"brute force",
      framesOf(dParallelSAPMethodBruteForce, populateDensely, moveAll),
      {"brute force: pairs"}},
@@ -225,7 +225,7 @@ const Work kWorks[] = {
     {"some boxes move",
      framesOf(dParallelSAPMethodSweep, populateDensely, moveSome),
      {"update: what changed unnoticed", "geom tree: boxes", "geom tree: moved boxes",
-      "query tree: places", "changed pairs: boxes", "pair merge: parts"}},
+      "cell trees: places", "changed pairs: boxes", "pair merge: parts"}},
     {"all boxes tremble",
      framesOf(dParallelSAPMethodSweep, populateDensely, trembleAll),
      {"fat proxies: boxes", "fat proxies: fat boxes", "fat proxies: candidates"}},
@@ -241,9 +241,7 @@ const Work kWorks[] = {
       "contacts: pairs on images", "touch events: pairs", "rays: rays", "rays: geoms on images"}},
     {"probes", findOverlaps, {"overlaps: probes"}},
     {"pairs in blocks", handOutPairs, {"pairs in blocks: blocks", "pair events: comparison"}},
-    {"contacts before dCollide is called",
-     findContactsBeforeDCollide,
-     {"contacts: precomputed pairs"}}};
+    {"contacts before dCollide is called", findContactsBeforeDCollide, {"contacts: pairs"}}};
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-#include "space/finders/device_backend.h"
+#include "space/finders/extraction.h"
 
 #include <utility>
 
