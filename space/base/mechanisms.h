@@ -30,7 +30,7 @@ constexpr bool box_classes = true;
 
 // Queries.
 
-// They walk a tree (QueryTree). Else each tests geom by geom.
+// They walk a tree (CellTrees). Else each tests geom by geom.
 constexpr bool query_trees = true;
 // What moved is put into that tree. Else it is built anew.
 constexpr bool kept_query_tree = true;

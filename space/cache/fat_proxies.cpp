@@ -160,7 +160,7 @@ void FatProxies::release() {
   fat_ = BoxSet();
   candidates_ = PairList();
   changed_pairs_ = ChangedPairs();
-  tree_ = QueryTree<float>();
+  tree_ = CellTrees<float>();
 }
 
 // Keeps the storage for the next start.

@@ -9,7 +9,7 @@
 #include "space/base/tuning.h"
 #include "space/cache/changed_pairs.h"
 #include "space/pairs/sweep.h"
-#include "space/queries/query_tree.h"
+#include "space/pairs/cell_trees.h"
 
 namespace ode_parallel_sap {
 
@@ -56,7 +56,7 @@ class FatProxies {
   PairList candidates_;
   SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone
   Buffer<Slot> leaving_;   // those of them that are still there, ascending
-  QueryTree<float> tree_;  // of the fat boxes, if there is one
+  CellTrees<float> tree_;  // of the fat boxes, if there is one
   bool has_tree_ = false;
   double stray_rows_ = 0;  // gone through since it was built
   ChangedPairs changed_pairs_;

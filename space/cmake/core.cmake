@@ -17,7 +17,6 @@ add_library(
   ${core}/paper/axis_lists.cpp
   ${core}/paper/brute_force.cpp
   ${core}/pairs/sweep.cpp
-  ${core}/queries/query_tree.cpp
   ${core}/base/parallel.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp

@@ -129,8 +129,7 @@ void Facts::seeMotion(const dxGeom* geom, const LastGeom& before, dReal step, do
     now.motion[i] = now.box[i] - before.box[i];
     along += now.motion[i] * before.motion[i];
   }
-  now.moved = lengthOf(now.motion) / side;
-  const double least = std::min(now.moved, before.moved);
+  const double least = std::min(lengthOf(now.motion), lengthOf(before.motion)) / side;
   if (length > most_moved && isLed(geom, way)) {
     const dReal covered = dCalcVectorLength3(dBodyGetLinearVel(geom->body)) * step;
     note(static_cast<double>(covered) < 0.99 * length * side ? fast : swept, geom, length);

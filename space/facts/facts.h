@@ -20,8 +20,7 @@ struct LastGeom {
   dVector3 place;
   Box box;
   Box motion;     // of the box's sides, since the frame before
-  double moved;   // likewise, in the geom's smallest sides
-  double coarse;  // a step of dReal at its place, likewise
+  double coarse;  // a step of dReal at its place, in the geom's smallest sides
 };
 
 // Counts the pairs of one frame in `interval`, and sees all geoms after each frame before which any

@@ -3,9 +3,9 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <omp.h>
 #include <algorithm>
 #include <cstddef>
-#include <omp.h>
 
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"

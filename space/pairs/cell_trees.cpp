@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 
@@ -10,7 +11,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region packing("cell trees: cells");
+Region packing("cell trees: cells"), numbering("cell trees: places");
 
 }  // namespace
 
@@ -49,6 +50,8 @@ void CellTrees<Real>::layOut(const std::vector<std::uint32_t>& class_ends, bool 
 
 template <class Real>
 void CellTrees<Real>::build(const BoxSet& boxes, const CellOrder<Real>& order, int threads) {
+  stray_boxes_.resizeDiscarding(0);
+  strays_ = 0;
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
   layOut(order.classEnds(), filtered);
   const Kernels<Real>& kernel = kernels<Real>();
@@ -79,20 +82,68 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellOrder<Real>& order, i
 }
 
 template <class Real>
-const TreeView<Real>& CellTrees<Real>::treeOf(std::size_t cell) const {
-  std::size_t tree = 0;
-  while (cell - views_[tree].first_cell >= cells(tree)) ++tree;
-  return views_[tree];
+void CellTrees<Real>::build(const BoxSet& boxes, int threads) {
+  const ScopedMode mode(exactMode());
+  CellOrder<Real> order;
+  Buffer<std::uint64_t> workspace;
+  order.build(boxes, threads, workspace);
+  places_.resizeDiscarding(boxes.size);
+  std::fill(places_.begin(), places_.end(), nowhere);
+  build(boxes, order, threads);
+  const CellBoxes of = order.boxesOfCells();
+  runTeam(numbering, teamFor(cells(), grains::cells, threads), [&](int thread, int team) {
+    const Range own = ownPart(cells(), thread, team);
+    for (std::size_t cell = own.begin; cell < own.end; ++cell)
+      for (std::uint32_t i = of.starts[cell]; i < of.starts[cell + 1]; ++i)
+        places_[of.order[i]] =
+            static_cast<std::uint32_t>(cell * group_size + (i - of.starts[cell]));
+  });
 }
 
-// The bounds above the cell grow with its own. These do not grow beyond some lengths of the box, as
-// it is or was.
 template <class Real>
-bool CellTrees<Real>::moveBox(std::size_t cell, int place, const BasicBox<Real>& box,
-                              bool may_grow) {
+void CellTrees<Real>::place(Slot slot, const BasicBox<Real>& box) {
+  if (slot >= places_.size() && !isActive(box)) return;
+  places_.growTo(slot + std::size_t{1}, nowhere);
+  std::uint32_t& place = places_[slot];
+  if (place < cells() * group_size) {
+    if (move(place, box, /*may_grow=*/true)) return;
+    put(inactiveBox<Real>(), groups_[place / group_size], place % group_size);
+    place = nowhere;
+  }
+  if (place == nowhere) {
+    if (!isActive(box)) return;
+    const int lane = strays_ % group_size;
+    const std::size_t row = strays_ / group_size;
+    if (lane == 0) {
+      stray_boxes_.resize(row + 1);
+      for (int i = 0; i < group_size; ++i) put(inactiveBox<Real>(), stray_boxes_[row], i);
+    }
+    stray_boxes_[row].slot[lane] = slot;
+    place = static_cast<std::uint32_t>(cells() * group_size + strays_++);
+  }
+  put(box, stray_boxes_[place / group_size - cells()], place % group_size);
+}
+
+template <class Real>
+void CellTrees<Real>::prefetchPlace(Slot slot) const {
+  const std::size_t cell = placeOf(slot) / group_size;
+  for (int axis = 0; cell < cells() && axis < 3; ++axis) {
+    prefetch(groups_[cell].lower[axis]);
+    prefetch(groups_[cell].upper[axis]);
+  }
+}
+
+// Puts another box into a place of a cell, if it is not NaN and the bounds of the cell hold it, or
+// may grow and will not be much longer than the box, as it is or was. Else false, and the place
+// keeps its box. The bounds above the cell grow with its own.
+template <class Real>
+bool CellTrees<Real>::move(std::uint32_t place, const BasicBox<Real>& box, bool may_grow) {
   if (!isActive(box)) return false;
+  const std::size_t cell = place / group_size, at = place % group_size;
   Group<Real>& boxes = groups_[cell];
-  const TreeView<Real>& view = treeOf(cell);
+  std::size_t tree = 0;
+  while (cell - views_[tree].first_cell >= cells(tree)) ++tree;
+  const TreeView<Real>& view = views_[tree];
   std::size_t child = cell - view.first_cell;
   Group<Real>* bounds = &level(view, 1)[child / group_size];
   std::size_t lane = child % group_size;
@@ -102,8 +153,8 @@ bool CellTrees<Real>::moveBox(std::size_t cell, int place, const BasicBox<Real>&
     const Real upper = std::max(bounds->upper[axis][lane], box.upper[axis]);
     const bool outside =
         !(lower == bounds->lower[axis][lane] && upper == bounds->upper[axis][lane]);
-    const Real length = std::min(box.upper[axis] - box.lower[axis],
-                                 boxes.upper[axis][place] - boxes.lower[axis][place]);
+    const Real length =
+        std::min(box.upper[axis] - box.lower[axis], boxes.upper[axis][at] - boxes.lower[axis][at]);
     if (outside && !(may_grow && upper - lower <= Real(cell_lengths) * length)) return false;
     grows |= outside;
   }
@@ -118,7 +169,7 @@ bool CellTrees<Real>::moveBox(std::size_t cell, int place, const BasicBox<Real>&
     if (depth + 1 == view.depth) break;
     bounds = &level(view, depth + 1)[child / group_size];
   }
-  put(box, boxes, place);
+  put(box, boxes, at);
   return true;
 }
 
@@ -132,6 +183,18 @@ void CellTrees<Real>::packFilters(const BoxSet& boxes, std::size_t begin, std::s
       filter.collide[lane] = boxes.filter_bits ? boxes.bits[slot].collide : ~0u;
       filter.body[lane] = boxes.filter_bodies ? boxes.bodies[slot] : 0;
     }
+}
+
+template <class Real>
+std::size_t CellTrees<Real>::find(const BasicBox<Real>& box, std::uint32_t* found) const {
+  Group<Real> query;
+  put(box, query, 0);
+  query.slot[0] = ~std::uint32_t{0};
+  const Kernels<Real>& kernel = kernels<Real>();
+  std::size_t all = 0;
+  for (std::size_t i = 0; i < count(); ++i)
+    if (cells(i)) all += kernel.findInTree(views_[i], query, found + all);
+  return all + kernel.findInCells(stray_boxes_.data(), stray_boxes_.size(), query, found + all);
 }
 
 template class CellTrees<float>;

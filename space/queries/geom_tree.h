@@ -13,13 +13,13 @@
 #include "space/base/buffer.h"
 #include "space/base/tuning.h"
 #include "space/geoms/pair_rule.h"
-#include "space/queries/query_tree.h"
+#include "space/pairs/cell_trees.h"
 
 struct dxGeom;
 
 namespace ode_parallel_sap {
 
-// QueryTrees that are kept where queries come often enough to pay for them. The search of a changed
+// CellTrees that are kept where queries come often enough to pay for them. The search of a changed
 // geom's pairs is a query, too. Counts of changed geoms and of queries decide, never times.
 //
 // The space calls changed() for every geom that is added, is removed or becomes dirty, and reset()
@@ -76,7 +76,7 @@ class GeomTree {
   // std::bad_alloc.
   bool bringUpToDate(const Geoms& geoms, int threads, std::size_t queries = 1, bool must = false);
 
-  // Calls work(trees) with the QueryTrees of both kinds, of floats or doubles.
+  // Calls work(trees) with the CellTrees of both kinds, of floats or doubles.
   template <class Work>
   auto withTrees(Work work) const {
     return tree_.is_wide ? work(tree_.wide) : work(tree_.narrow);
@@ -114,8 +114,8 @@ class GeomTree {
     // Slots that are left to one thread, by thread that left them.
     std::vector<Buffer<Slot>> apart;
     SlotSet seen;  // by one of the threads
-    QueryTree<float> narrow[kinds];
-    QueryTree<double> wide[kinds];
+    CellTrees<float> narrow[kinds];
+    CellTrees<double> wide[kinds];
 
     template <class Work>
     auto withTrees(Work work) {

@@ -87,6 +87,7 @@ class Traveller {
     if (!geom_->body || !dBodyIsEnabled(geom_->body)) return;
     for (int i = 0; i < 3; ++i) shift_[i] = dBodyGetLinearVel(geom_->body)[i] * step_;
   }
+  bool moves() const { return home_ != nullptr; }
   const dReal* centre() const { return centre_; }  // of its body, now
   const dReal* shift() const { return shift_; }
   dReal turned() const { return turned_; }      // by its farthest point
@@ -299,15 +300,15 @@ class SweptPair {
   }
   const Traveller& answering() const { return other_.answers() ? other_ : one_; }
 
-  // Bends the way of the one body that answers, so that it ends where the contact's motion does.
-  // False where there is no such way.
+  // Bends the way from one to the other, so that it ends where the contact's motion does. False
+  // where there is no such way.
   bool slideAlong(const dContactGeom& contact) {
     if (one_.answers() == other_.answers()) return false;
     const dReal too_far = contact.depth - shiftsApart(contact);
     if (!(too_far > 0 && -2 * shiftsApart(contact) > smallest_)) return false;
     least_ = deeper * smallest_;  // at the wall
-    one_.answers() ? one_.shiftMore(too_far, contact.normal)
-                   : other_.shiftMore(-too_far, contact.normal);
+    one_.moves() ? one_.shiftMore(too_far, contact.normal)
+                 : other_.shiftMore(-too_far, contact.normal);
     return true;
   }
 

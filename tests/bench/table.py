@@ -256,7 +256,7 @@ def step(rows, _):
             pairs[other] += [times for times in [gain(cells, "broad_ms", ours[0], other)] if times]
     heads = ["%s, %s" % (space, threads(space)) for space in stock + ours]
     heads += ["%s faster than %s" % (space, other) for space in ("one line", "contacts") for other in stock]
-    return markdown(["boxes; ms a step"] + heads, lines, "The pairs alone: %s. %s" % (" and ".join(
+    return markdown(["boxes; ms a step"] + heads, lines, "Finding pairs alone is %s. %s" % (" and ".join(
         "%s to %s times faster than %s" % (shown(min(times)), shown(max(times)), other) for other, times in pairs.items()), machine(rows)))
 
 

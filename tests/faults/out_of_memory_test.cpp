@@ -69,54 +69,33 @@ class Allocations {
   inline static std::atomic<int> failed_{0};
 };
 
-void* allocate(std::size_t bytes) {
-  void* const memory = Allocations::fails(bytes) ? nullptr : std::malloc(bytes ? bytes : 1);
+void* allocate(std::size_t bytes, std::size_t alignment) {
+  void* const memory = Allocations::fails(bytes) ? nullptr
+                       : alignment               ? std::aligned_alloc(alignment, bytes)
+                                                 : std::malloc(bytes ? bytes : 1);
   if (!memory) throw std::bad_alloc();
   return memory;
 }
 
 }  // namespace
 
+// All others call these.
 void* operator new(std::size_t bytes) {
-  return allocate(bytes);
-}
-void* operator new[](std::size_t bytes) {
-  return allocate(bytes);
-}
-void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
-  return Allocations::fails(bytes) ? nullptr : std::malloc(bytes ? bytes : 1);
-}
-void* operator new(std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
-  return Allocations::fails(bytes) ? nullptr
-                                   : std::aligned_alloc(static_cast<std::size_t>(alignment), bytes);
+  return allocate(bytes, 0);
 }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-  void* const memory = operator new(bytes, alignment, std::nothrow);
-  if (!memory) throw std::bad_alloc();
-  return memory;
+  return allocate(bytes, static_cast<std::size_t>(alignment));
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);
 }
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
 void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, const std::nothrow_t&) noexcept {
   std::free(memory);
 }
 void operator delete(void* memory, std::align_val_t) noexcept {
   std::free(memory);
 }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::align_val_t, const std::nothrow_t&) noexcept {
   std::free(memory);
 }
 
@@ -396,6 +375,18 @@ void countPair(void* count, dGeomID, dGeomID) {
   ++*static_cast<std::size_t*>(count);
 }
 
+// The pairs of a collide in which the allocation after so many fails, or all from then on.
+std::size_t pairsWithout(dSpaceID space, long passed, bool for_good) {
+  std::size_t pairs = 0;
+  const Allocations allocations(passed, for_good);
+  dSpaceCollide(space, &pairs, countPair);
+  return pairs;
+}
+
+std::size_t pairsOf(dSpaceID space) {
+  return pairsWithout(space, std::numeric_limits<long>::max(), false);
+}
+
 }  // namespace
 
 TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[memory]") {
@@ -460,19 +451,14 @@ TEST_CASE("Geoms that moved are counted wherever memory ends in their frame", "[
     world.addBoxes(denseCube(300, 5));
     dParallelSAPSpaceSetSkipStatic(space, passed % 2);
     dParallelSAPSpaceSetNotified(space, 1);
-    std::size_t pairs = 0, pairs_later = 0;
-    {
-      const Allocations allocations(passed, true);
-      dSpaceCollide(space, &pairs, countPair);
-    }
+    const std::size_t pairs = pairsWithout(space, passed, true);
     fails = Allocations::failed() > 0;
     INFO("allocation " << passed);
     CHECK((pairs == 0) == (passed % 2 == 1));
     CHECK(statsOf(space).moved == 300);
     CHECK(wrongCounts(space, world.geoms(), pairs) == "");
     for (const dGeomID geom : world.geoms()) dParallelSAPSpaceNotify(space, geom);
-    dSpaceCollide(space, &pairs_later, countPair);
-    CHECK(pairs_later == pairs);
+    CHECK(pairsOf(space) == pairs);
   }
   CHECK(said.in_parts > 10);
 }
@@ -555,17 +541,12 @@ TEST_CASE("Where one allocation fails the frame begins anew, and the next one ke
       World world(space);
       world.addBoxes(denseCube(300, 5));
       dParallelSAPSpaceSetNumThreads(space, threads);
-      std::size_t pairs = 0, pairs_later = 0;
-      {
-        const Allocations allocations(passed, false);
-        dSpaceCollide(space, &pairs, countPair);
-      }
+      const std::size_t pairs = pairsWithout(space, passed, false);
       fails = Allocations::failed() > 0;
       INFO("allocation " << passed << ", " << threads << " threads");
       CHECK(statsOf(space).method == dParallelSAPMethodSweep);
       CHECK(wrongCounts(space, world.geoms(), pairs) == "");
-      dSpaceCollide(space, &pairs_later, countPair);
-      CHECK(pairs_later == pairs);
+      CHECK(pairsOf(space) == pairs);
       CHECK(statsOf(space).kept == pairs);
     }
   }

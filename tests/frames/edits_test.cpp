@@ -26,6 +26,8 @@ TEST_CASE("Spaces show the oracle's pairs, geoms and answers after any edits", "
       editAndCheck(configuration, seedOr(100, round), 40);
     for (int round = 0; round < scaled(40); ++round)
       editAndCheck(configuration, seedOr(200, round), 250);
+    for (int round = 0; round < scaled(10); ++round)
+      editAndCheck(configuration, seedOr(300, round), 900);
   }
 }
 

@@ -445,5 +445,16 @@ TEST_CASE("A swept contact says how far geoms come until they touch, and leaves 
       dBodyDisable(body);
       dBodySetPosition(body, 3, 0, 11);
       check(10, 0, 0, 0);
+      // A lift comes to a ball that rests, once in either order.
+      dBodyEnable(body);
+      dBodySetLinearVel(body, 0, 0, 0);
+      const dBodyID lift = world.giveBody(floor);
+      dBodySetKinematic(lift);
+      dBodySetLinearVel(lift, 0, 0, 20 / step);
+      for (const auto& found :
+           {sweptContacts(floor, ball, step), sweptContacts(ball, floor, step)}) {
+        REQUIRE(found.size() == 1);
+        CHECK(double(found[0].depth) == Approx(-9).margin(1e-4));
+      }
     }
 }

@@ -58,7 +58,8 @@ void Driver::step() {
       &Driver::collideFrames,   &Driver::collideFrames,    &Driver::collideAnyhow,
       &Driver::collideAnyhow,   &Driver::collideAnyhow,    &Driver::collideAnyhow,
       &Driver::collideWithGeom, &Driver::collideWithMany,  &Driver::collideContacts,
-      &Driver::collideBlocks,   &Driver::collideEditing};
+      &Driver::collideBlocks,   &Driver::collideEditing,   &Driver::askBatches,
+      &Driver::askBatches};
   const std::size_t what = decisions_.below(kNumChanges + std::size(kEdits));
   if (what < kNumChanges)
     changeSome(kChanges[what]);

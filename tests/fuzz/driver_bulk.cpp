@@ -1,8 +1,10 @@
 // Pairs in bulk.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
 #include <map>
 #include <mutex>
+#include <thread>
 
 #include "driver.h"
 
@@ -14,20 +16,31 @@ struct Stop {};
 struct Blocks {
   std::mutex lock;
   std::map<std::size_t, Pairs> at;
+  bool concurrent;
   std::size_t throws_at;  // the number of a block
+  std::size_t pairs = 0;
+  bool wrong = false;
+  const std::thread::id caller = std::this_thread::get_id();
 
   static void take(void* data, const dParallelSAPPair* pairs, std::size_t count,
                    std::size_t first) {
     Blocks& self = *static_cast<Blocks*>(data);
     const std::lock_guard<std::mutex> guard(self.lock);
-    Pairs& block = self.at[first];
-    for (std::size_t i = 0; i < count; ++i) record(&block, pairs[i].o1, pairs[i].o2);
+    const bool in_turn = first == self.pairs && std::this_thread::get_id() == self.caller;
+    self.wrong = self.wrong || count == 0 || self.at.count(first) || !(self.concurrent || in_turn);
+    self.pairs += count;
+    for (std::size_t i = 0; i < count; ++i) record(&self.at[first], pairs[i].o1, pairs[i].o2);
     if (self.at.size() == self.throws_at) throw Stop();
   }
+  // All but the last have one size, in each frame the same.
   Pairs joined() const {
+    static std::size_t size = 0;
+    if (at.size() > 1) size = std::max(size, at.begin()->second.size());
     Pairs pairs;
     for (const auto& [first, block] : at) {
-      if (first != pairs.size()) return {};  // not whole
+      const bool last = first == at.rbegin()->first;
+      if (first != pairs.size() || (last ? size && block.size() > size : block.size() != size))
+        return {};
       pairs.insert(pairs.end(), block.begin(), block.end());
     }
     return pairs;
@@ -44,6 +57,7 @@ void Driver::collideBlocks() {
   const int some_threads = threads[decisions_.below(std::size(threads))];
   const int flags = decisions_.chance(128) ? dParallelSAPPairsConcurrent : 0;
   Blocks blocks;
+  blocks.concurrent = flags != 0;
   blocks.throws_at = decisions_.chance(64) ? 1 + decisions_.below(4) : 0;
   log("blocks of " + std::to_string(space) + " by " + std::to_string(some_threads) +
       " threads, flags " + std::to_string(flags) + ", throwing at " +
@@ -58,6 +72,7 @@ void Driver::collideBlocks() {
   }
   dParallelSAPSpaceSetNumThreads(id, usual_threads);
   compare(space, finished ? blocks.joined() : collide(id));
+  if (blocks.wrong) fail("blocks that are empty, come twice or out of turn");
 }
 
 }  // namespace sap_test

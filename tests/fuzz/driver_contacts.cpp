@@ -16,26 +16,6 @@
 namespace sap_test {
 namespace {
 
-// Where ODE's colliders compute with numbers: infinities make them abort, and so does a capsule
-// without a radius that lies along a face of a box. Cylinders are for contacts/narrow_test.cpp.
-bool isTame(dGeomID geom) {
-  if (dGeomGetClass(geom) == dCylinderClass) return false;
-  if (dGeomGetClass(geom) == dPlaneClass) return true;
-  if (dGeomGetClass(geom) == dCapsuleClass) {
-    dReal radius, length;
-    dGeomCapsuleGetParams(geom, &radius, &length);
-    if (radius < dReal(1e-6)) return false;
-  }
-  // Two spaces hand over geoms of no size, as in ODE, whose collider of boxes ends the program.
-  dVector3 sides;
-  if (dGeomGetClass(geom) == dBoxClass) {
-    dGeomBoxGetLengths(geom, sides);
-    if (std::find(sides, sides + 3, dReal(0)) != sides + 3) return false;
-  }
-  const dReal* const at = dGeomGetPosition(geom);
-  return std::all_of(at, at + 3, [](dReal x) { return std::fabs(x) < dReal(1e7); });
-}
-
 struct Stop : std::runtime_error {
   Stop() : std::runtime_error("stop") {}
 };
@@ -143,6 +123,25 @@ std::string problemOf(const Call& call, bool finished, Contacts expected) {
 }
 
 }  // namespace
+
+bool isTame(dGeomID geom, bool for_rays) {
+  const int shape = dGeomGetClass(geom);
+  if (!for_rays && (shape == dCylinderClass || shape == dTriMeshClass)) return false;
+  if (shape == dPlaneClass) return true;
+  if (shape == dCapsuleClass) {
+    dReal radius, length;
+    dGeomCapsuleGetParams(geom, &radius, &length);
+    if (radius < dReal(1e-6)) return false;
+  }
+  // Two spaces hand over geoms of no size, as in ODE, whose collider of boxes ends the program.
+  dVector3 sides;
+  if (shape == dBoxClass) {
+    dGeomBoxGetLengths(geom, sides);
+    if (std::find(sides, sides + 3, dReal(0)) != sides + 3) return false;
+  }
+  const dReal* const at = dGeomGetPosition(geom);
+  return std::all_of(at, at + 3, [](dReal x) { return std::fabs(x) < dReal(1e7); });
+}
 
 // What the space itself found of a call's pairs, in the order that is owed.
 Pairs Driver::ownPairs(int space, const Pairs& pairs, const Pairs& with_spaces) const {

@@ -13,7 +13,7 @@ constexpr std::size_t kMostBodies = 400;
 const Driver::Change Driver::kChanges[Driver::kNumChanges] = {
     {"destroy", 1, &Driver::destroyLeaf},
     {"replace", 1, &Driver::replaceLeaf},
-    {"add again", 1, &Driver::addAgain},
+    {"add again", 1, &Driver::leaveAndReturn},
     {"move", 4, &Driver::place},
     {"turn", 1, &Driver::turn},
     {"resize", 1, &Driver::resize},
@@ -34,14 +34,29 @@ void Driver::changeSome(const Change& change) {
       std::to_string(way));
   for (const int object : pickSome(space, random)) {
     (this->*change.make)(object, way, random);
+    tell(object);
     ++changes_;
   }
 }
 
 void Driver::changeAnyhow(int object, Random& random) {
   const Change& change = kChanges[random.below(kNumChanges)];
-  (this->*change.make)(object, random.below(change.ways), random);
+  const std::size_t way = random.below(change.ways);
+  (this->*change.make)(object, way, random);
+  tell(object);
   ++changes_;
+}
+
+// Of bits, bodies and enabled states ODE tells no space.
+void Driver::tell(int object) const {
+  const Object& o = objects_[object];
+  if (o.geom && o.parent != kNone && objects_[o.parent].ours)
+    dParallelSAPSpaceNotify(spaceOf(o.parent), o.geom);
+}
+
+void Driver::tellOfAll() const {
+  for (const int space : spaces_)
+    if (objects_[space].ours) dParallelSAPSpaceNotify(spaceOf(space), nullptr);
 }
 
 void Driver::destroyLeaf(int object, std::size_t, Random&) {
@@ -57,10 +72,8 @@ void Driver::replaceLeaf(int object, std::size_t, Random& random) {
   add(leaf, space);
 }
 
-void Driver::addAgain(int object, std::size_t, Random&) {
-  const int space = objects_[object].parent;
-  remove(object);
-  add(object, space);
+void Driver::leaveAndReturn(int object, std::size_t, Random&) {
+  addAgain(object);
 }
 
 void Driver::turn(int object, std::size_t, Random& random) {
@@ -149,8 +162,9 @@ void Driver::lookAt(int object, std::size_t, Random&) {
   boundsOf(objects_[object].geom);
 }
 
-// User classes change their minds without a word to anybody.
+// User classes and meshes change without a word to anybody.
 void Driver::changeUnasked(int object, std::size_t, Random& random) {
+  if (objects_[object].kind == kMesh) changeTriangles(object, random.below(2));
   if (objects_[object].kind != kUser) return;
   userBoxData(objects_[object].geom).bounds = randomBounds(random);
   userBoxData(objects_[object].geom).mood = static_cast<unsigned>(random.below(5));
@@ -194,7 +208,7 @@ void Driver::moveFar() {
 // Moves, puts to sleep or wakes some bodies.
 void Driver::changeBodies() {
   Random random = decisions_.random();
-  const std::size_t how = decisions_.below(4);
+  const std::size_t how = decisions_.below(5);
   const double part = decisions_.chance(128) ? 1 : 0.1;
   log("change bodies, way " + std::to_string(how));
   for (const dBodyID body : bodies_) {
@@ -208,7 +222,9 @@ void Driver::changeBodies() {
       const dReal y = real(random.between(0, side()));
       dBodySetPosition(body, x, y, real(random.between(0, side())));
     }
+    if (how == 4) dBodySetLinearVel(body, real(random.between(-9, 9)), 0, 0);
   }
+  tellOfAll();
 }
 
 void Driver::destroyBodies() {
@@ -224,6 +240,7 @@ void Driver::destroyBodies() {
     }
     ++changes_;
   }
+  tellOfAll();
 }
 
 // From one space to another; also what is in none.
@@ -244,27 +261,33 @@ void Driver::moveToOtherSpace() {
 
 void Driver::changeSettings() {
   const int space = pickSpace();
-  const std::size_t what = decisions_.below(9), value = decisions_.below(6);
-  log("setting " + std::to_string(what) + " of " + std::to_string(space) + ": " +
+  const std::size_t setting = decisions_.below(10), value = decisions_.below(6);
+  log("setting " + std::to_string(setting) + " of " + std::to_string(space) + ": " +
       std::to_string(value));
+  change(space, setting, value);
+}
+
+void Driver::change(int space, std::size_t setting, std::size_t value) {
   ++changes_;
   const dSpaceID id = spaceOf(space);
-  if (what == 0) dSpaceSetSublevel(id, static_cast<int>(value % 3));
+  const int number = static_cast<int>(value);
+  if (setting == 0) dSpaceSetSublevel(id, number % 3);
   if (!objects_[space].ours) return;
   const int methods[] = {dParallelSAPMethodAuto,       dParallelSAPMethodSweep,
                          dParallelSAPMethodBruteForce, dParallelSAPMethodAxisLists,
                          dParallelSAPMethodAuto,       dParallelSAPMethodSweep};
-  if (what == 1 && !configuration_) dParallelSAPSpaceSetMethod(id, methods[value]);
-  if (what == 2) dParallelSAPSpaceSetNumThreads(id, static_cast<int>(value));
-  if (what == 3 && !configuration_) dParallelSAPSpaceSetBackend(id, static_cast<int>(value % 3));
   const dReal tolerances[] = {0, dReal(0.01), dReal(0.1), dReal(0.5), 0, 2};
-  if (what == 4) dParallelSAPSpaceSetSkipStatic(id, value % 2);
-  if (what == 5) dParallelSAPSpaceSetSkipAsleep(id, value % 2);
-  if (what == 6) dParallelSAPSpaceSetCullPlanes(id, value % 2);
-  if (what == 7) dParallelSAPSpaceSetTolerance(id, tolerances[value]);
   // The oracle asks geoms for their bounds, which are the swept ones then.
   const dReal steps[] = {0, dReal(0.01), dReal(0.1), 1, 0, 100};
-  if (what == 8) dParallelSAPSpaceSetSweptBounds(id, steps[value]);
+  if (setting == 1 && !configuration_) dParallelSAPSpaceSetMethod(id, methods[value]);
+  if (setting == 2) dParallelSAPSpaceSetNumThreads(id, number);
+  if (setting == 3 && !configuration_) dParallelSAPSpaceSetBackend(id, number % 3);
+  if (setting == 4) dParallelSAPSpaceSetSkipStatic(id, number % 2);
+  if (setting == 5) dParallelSAPSpaceSetSkipAsleep(id, number % 2);
+  if (setting == 6) dParallelSAPSpaceSetNotified(id, number % 2);
+  if (setting == 7) dParallelSAPSpaceSetCullPlanes(id, number % 2);
+  if (setting == 8) dParallelSAPSpaceSetTolerance(id, tolerances[value]);
+  if (setting == 9) dParallelSAPSpaceSetSweptBounds(id, steps[value]);
 }
 
 // Bodies fall and cross the world by themselves.

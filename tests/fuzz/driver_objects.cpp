@@ -16,7 +16,37 @@ int vetoes(dGeomID self, dGeomID other, dReal[6]) {
   return (31 * number(self) + 17 * number(other) + userBoxData(self).mood) % 7 != 0;
 }
 
+// The same tetrahedron, here and there.
+dTriMeshDataID trianglesAt(std::size_t place) {
+  static const float corners[2][4][3] = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                                         {{0, 0, 2}, {1, 0, 2}, {0, 1, 2}, {0, 0, 3}}};
+  static const dTriIndex faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  static dTriMeshDataID data[2];
+  if (!data[place]) {
+    data[place] = dGeomTriMeshDataCreate();
+    dGeomTriMeshDataBuildSingle(data[place], corners[place], sizeof corners[0][0], 4, faces, 12,
+                                sizeof faces[0]);
+  }
+  return data[place];
+}
+
 }  // namespace
+
+// ODE says nothing of it to anybody.
+void Driver::changeTriangles(int object, std::size_t place) {
+  dGeomTriMeshSetData(objects_[object].geom, trianglesAt(place));
+  changed_meshes_.push_back(object);
+}
+
+// To stock spaces, which clean only what is in front of their lists.
+void Driver::announceMeshes() {
+  for (const int object : changed_meshes_) {
+    const int space = objects_[object].parent;
+    if (!objects_[object].geom || space == kNone) continue;
+    objects_[space].ours ? markMoved(space) : addAgain(object);
+  }
+  changed_meshes_.clear();
+}
 
 dReal Driver::extremeNumber(Random& random) {
   constexpr dReal most = std::numeric_limits<dReal>::max();
@@ -66,6 +96,12 @@ void Driver::remove(int object) {
   members.erase(std::find(members.begin(), members.end(), object));
   o.left_stock = !objects_[o.parent].ours;
   o.parent = kNone;
+}
+
+void Driver::addAgain(int object) {
+  const int space = objects_[object].parent;
+  remove(object);
+  add(object, space);
 }
 
 void Driver::markMoved(int object) {
@@ -130,6 +166,9 @@ int Driver::createLeaf(Kind kind, Random& random) {
     case kUser:
       geom =
           createUserBox(nullptr, randomBounds(random), true, random.chance(0.5) ? vetoes : nullptr);
+      break;
+    case kMesh:
+      geom = dCreateTriMesh(nullptr, trianglesAt(random.below(2)), nullptr, nullptr, nullptr);
       break;
     case kRay:
       geom = dCreateRay(nullptr, a + b);

@@ -104,6 +104,17 @@ void together(int threads, const std::function<void(int)>& work) {
   for (std::thread& worker : workers) worker.join();
 }
 
+// Another thread asks of a probe within the first callback.
+struct AskWithin {
+  dGeomID space, probe;
+  std::size_t found = 0;
+
+  static void call(void* data, dGeomID, dGeomID) {
+    AskWithin& own = *static_cast<AskWithin*>(data);
+    if (!own.found) together(1, [&](int) { own.found = collide2(own.space, own.probe).size(); });
+  }
+};
+
 }  // namespace
 
 TEST_CASE("Queries and rays of many threads at once have one thread's answers", "[guests]") {
@@ -229,33 +240,33 @@ TEST_CASE("All of many threads find a mesh that changed silently before they ask
 }
 
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
-  const std::uint64_t seed = seedOr(911);
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 4);
   World world(space);
-  world.addBoxes(denseCube(3000, seed));
+  world.addBoxes(denseCube(3000, seedOr(911)));
   struct Check {
     dSpaceID space;
     Pairs owed;
     std::atomic<int> wrong{0}, asked{0};
+
+    static void ask(void* data, const dParallelSAPPair*, std::size_t, std::size_t) {
+      Check& own = *static_cast<Check*>(data);
+      const dGeomID probe = dCreateBox(nullptr, 3, 3, 3);
+      setNumber(probe, 1000000);
+      dGeomSetPosition(probe, 4, 4, 4);
+      for (int i = 0; i < 50; ++i) {
+        const Pairs got = collide2(asGeom(own.space), probe);
+        if (own.owed.empty()) own.owed = got;
+        own.wrong += got != own.owed;
+      }
+      dGeomDestroy(probe);
+      ++own.asked;
+    }
   } check;
   check.space = space;
-  const auto askAgain = [](void* data, const dParallelSAPPair*, std::size_t, std::size_t) {
-    Check& own = *static_cast<Check*>(data);
-    const dGeomID probe = dCreateBox(nullptr, 3, 3, 3);
-    dGeomSetPosition(probe, 4, 4, 4);
-    for (int i = 0; i < 50; ++i) {
-      Pairs got = collide2(own.space, probe);
-      for (Pair& pair : got) pair.second = 0;
-      if (own.owed.empty()) own.owed = got;
-      own.wrong += sap_test::difference(got, own.owed) != "";
-    }
-    dGeomDestroy(probe);
-    ++own.asked;
-  };
-  askAgain(&check, nullptr, 0, 0);
+  Check::ask(&check, nullptr, 0, 0);
   for (int frame = 0; frame < 10; ++frame)
-    dParallelSAPSpaceCollidePairs(space, &check, dParallelSAPPairsConcurrent, askAgain);
+    dParallelSAPSpaceCollidePairs(space, &check, dParallelSAPPairsConcurrent, Check::ask);
   CHECK(check.owed.size() > 20);
   CHECK(check.wrong == 0);
   CHECK(check.asked > 50);
@@ -268,47 +279,34 @@ TEST_CASE("A thread may ask within a callback of a frame in which a sub-space ha
     World world(space);
     world.addBoxes(onePlace(200, 1));
     const dGeomID within = dCreateBox(make(space), 1, 1, 1);
-    struct Ask {
-      dGeomID space, probe;
-      std::size_t found;
-    } ask = {space.geom(), dCreateSphere(nullptr, 1000), 0};
+    const dGeomID probe = dCreateSphere(nullptr, 1000);
     const Messages messages;
     for (int frame = 1; frame < 4; ++frame) {
       dGeomSetPosition(within, static_cast<dReal>(0.1 * frame), 0, 0);
-      ask.found = 0;
-      dSpaceCollide(space, &ask, [](void* data, dGeomID, dGeomID) {
-        Ask& own = *static_cast<Ask*>(data);
-        if (!own.found)
-          together(1, [&](int) { own.found = collide2(own.space, own.probe).size(); });
-      });
+      AskWithin ask = {space.geom(), probe};
+      dSpaceCollide(space, &ask, AskWithin::call);
       CHECK(ask.found == 201);
     }
     CHECK(messages.all().empty());
-    dGeomDestroy(ask.probe);
+    dGeomDestroy(probe);
   }
 }
 
 TEST_CASE("A second thread asks no tree that the first one left as it was", "[guests]") {
   const Space space;
   for (int i = 0; i < 200; ++i) dCreateSphere(space, 1);
-  struct Ask {
-    dGeomID space, probe;
-    std::size_t found;
-  } ask = {space.geom(), dCreateSphere(nullptr, 10), 0};
-  for (int i = 0; i < 20; ++i) collide2(ask.space, ask.probe);
+  const dGeomID probe = dCreateSphere(nullptr, 10);
+  for (int i = 0; i < 20; ++i) collide2(space.geom(), probe);
   // Single queries after great changes, for which the tree is not brought up to date.
   for (int round = 1; round < 4; ++round) {
     for (int i = 0; i < 200; ++i)
       dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(100 * round), 0, 0);
-    dGeomSetPosition(ask.probe, static_cast<dReal>(100 * round), 0, 0);
-    ask.found = 0;
-    dSpaceCollide2(ask.space, ask.probe, &ask, [](void* data, dGeomID, dGeomID) {
-      Ask& own = *static_cast<Ask*>(data);
-      if (!own.found) together(1, [&](int) { own.found = collide2(own.space, own.probe).size(); });
-    });
+    dGeomSetPosition(probe, static_cast<dReal>(100 * round), 0, 0);
+    AskWithin ask = {space.geom(), probe};
+    dSpaceCollide2(ask.space, probe, &ask, AskWithin::call);
     CHECK(ask.found == 200);
   }
-  dGeomDestroy(ask.probe);
+  dGeomDestroy(probe);
 }
 
 TEST_CASE("A thread that asks while another one brings geoms up to date waits for it", "[guests]") {

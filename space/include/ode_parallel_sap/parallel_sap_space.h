@@ -381,8 +381,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
  * number of its own. */
 typedef struct dParallelSAPPairEvent {
   dGeomID o1, o2;  /* as reported; of what ended, 0 if it has left its space: it may not exist */
-  size_t place;    /* among the collide's pairs; of what ended, in the last collide that reported
-                      it; of a touch in sub-spaces, the place of the pair of these */
+  size_t place;    /* among the collide's pairs; of an ended pair, in the last collide that reported
+                      it; of an ended touch, in the last with contacts that did; of a touch in
+                      sub-spaces, the place of the pair of these */
   unsigned number; /* as long as it lasts */
 } dParallelSAPPairEvent;
 /* The pairs that began. Sets *pairs to the first, or to 0 if there is none, and returns their
@@ -570,9 +571,9 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
  *   settings above. So is _NOTIFIED=0|1|check, where check reports the first missing notification.
  * - ODE_PARALLEL_SAP_STATS=1: each space prints a summary by dMessage when it ends, or on stderr
  *   when the process does. It has times, settings that would leave out pairs, and calls that do
- *   queries in batches. It counts geoms in collides, but not in dSpaceCollide2, that have NaN, lie
- *   where a step of dReal is more than 1/512 of their smallest side, or move by more than half of
- *   it between frames: along their body's velocity, or else twice in a row.
+ *   queries in batches. Of collides, not dSpaceCollide2, it counts geoms, in sub-spaces too, that
+ *   have NaN, lie where a step of dReal is more than 1/512 of their smallest side, or move by more
+ *   than half of it between frames: along their body's velocity, or else twice in a row.
  * - ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon: instruction set of the process.
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
  *   on. %p in it becomes the process's number. The preload library has more (space/preload). */

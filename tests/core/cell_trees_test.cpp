@@ -1,5 +1,5 @@
 // Boxes that move in a kept tree: which stay in their cells.
-#include "space/queries/query_tree.h"
+#include "space/pairs/cell_trees.h"
 
 #include <algorithm>
 #include <vector>
@@ -22,17 +22,17 @@ Box boxOf(Slot slot) {
 }
 
 // Unit boxes side by side.
-QueryTree<float> treeOfRows() {
+CellTrees<float> treeOfRows() {
   BoxSet boxes;
   boxes.size = row_length * row_length;
   boxes.boxes.resize(boxes.size);
   for (Slot slot = 0; slot < boxes.size; ++slot) boxes.boxes[slot] = boxOf(slot);
-  QueryTree<float> tree;
+  CellTrees<float> tree;
   tree.build(boxes, 1);
   return tree;
 }
 
-std::vector<Slot> found(const QueryTree<float>& tree, const Box& box) {
+std::vector<Slot> found(const CellTrees<float>& tree, const Box& box) {
   std::vector<Slot> slots(tree.most());
   slots.resize(tree.find(box, slots.data()));
   for (Slot& slot : slots) slot /= 2;
@@ -44,7 +44,7 @@ std::vector<Slot> found(const QueryTree<float>& tree, const Box& box) {
 
 TEST_CASE("A box that moves a little stays in its cell, and is found where it is", "[queries]") {
   const ScopedMode mode(exactMode());
-  QueryTree<float> tree = treeOfRows();
+  CellTrees<float> tree = treeOfRows();
   for (Slot slot = 0; slot < row_length * row_length; ++slot) {
     Box box = boxOf(slot);
     box.lower[2] += 1.5f;
@@ -60,7 +60,7 @@ TEST_CASE("A box that moves a little stays in its cell, and is found where it is
 TEST_CASE("A box that goes far, or is long for once, leaves its cell", "[queries]") {
   const ScopedMode mode(exactMode());
   for (const Box& other : {boxAt(1000, 0), boxAt(3, 3, 50)}) {
-    QueryTree<float> tree = treeOfRows();
+    CellTrees<float> tree = treeOfRows();
     tree.place(5, other);
     CHECK(tree.strayRows() == 1);
     const float x = other.upper[0] - 0.25f, y = other.lower[1] + 0.25f;

@@ -1,0 +1,92 @@
+// Rays and probes in batches, held against loops over dCollide.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <limits>
+#include <type_traits>
+
+#include "../support/overlap_oracle.h"
+#include "../support/ray_oracle.h"
+#include "driver.h"
+
+namespace sap_test {
+namespace {
+
+// A query filter that lets pass what ODE cannot collide, and something else for each query.
+struct QueryFilter {
+  std::size_t salt;
+  bool rays;
+
+  bool meets(std::size_t query, dGeomID geom) const {
+    return isTame(geom, rays) && (7 * query + 11 * number(geom) + salt) % 5 != 0;
+  }
+  static int ask(void* filter, std::size_t query, dGeomID geom) {
+    return static_cast<const QueryFilter*>(filter)->meets(query, geom);
+  }
+};
+
+// A few rays are none, or have bits of one side only.
+void spoil(Rays& rays, Random& random) {
+  constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
+  for (dParallelSAPRay& ray : rays) {
+    const dReal values[] = {infinity, -infinity, std::numeric_limits<dReal>::quiet_NaN(), -1};
+    const dReal value = values[random.below(3)];
+    const std::size_t what = random.below(60), axis = random.below(3);
+    if (what == 0) ray.origin[axis] = value;
+    if (what == 1) ray.direction[axis] = value;
+    if (what == 2) std::fill(ray.direction, ray.direction + 3, dReal(0));
+    if (what == 3) ray.length = values[1 + random.below(3)];
+    if (what == 4) ray.length = 0;
+    if (what == 8) ray.direction[axis] = real(1e300);
+    if (what == 5 || what == 6) ray.category_bits = 0;
+    if (what == 6 || what == 7) ray.collide_bits = 0;
+  }
+}
+
+}  // namespace
+
+void Driver::askBatches() {
+  decisions_.chance(128) ? askBatch<RayBatch>() : askBatch<ProbeBatch>();
+}
+
+// Some geoms change between placing the batch, for which their bounds are asked, and asking it.
+template <class Batch>
+void Driver::askBatch() {
+  const int space = pickOurSpace();
+  const dSpaceID id = spaceOf(space);
+  const std::size_t queries = 1 + decisions_.below(alive_.size() > 500 ? 20 : 80);
+  const double parts[] = {0, 0.01, 0.1, 1}, changing = parts[decisions_.below(std::size(parts))];
+  QueryFilter filter = {decisions_.below(256), std::is_same_v<Batch, RayBatch>};
+  Random random = decisions_.random();
+  log(std::to_string(queries) + (filter.rays ? " rays" : " probes") + " at " +
+      std::to_string(space) + ", changing " + std::to_string(changing));
+  Batch batch(queries, random);
+  for (std::size_t round = random.below(4); round > 0 && problem_.empty(); --round) {
+    std::vector<dGeomID> geoms;
+    for (const Object& o : objects_)
+      if (o.geom && (o.kind < kUser || o.kind == kMesh) && isTame(o.geom, filter.rays) &&
+          isInside(o.parent, space))
+        geoms.push_back(o.geom);
+    if (geoms.empty()) return;
+    batch.moveTo(geoms);
+    if constexpr (std::is_same_v<Batch, RayBatch>) spoil(batch.rays, random);
+    const std::vector<int> members = objects_[space].members;
+    for (const int member : members)
+      if (random.chance(changing)) changeAnyhow(member, random);
+    const int flags = batch.someFlags();
+    const FloatingPointMode scoped(mode());
+    const int threads = dParallelSAPSpaceGetNumThreads(id);
+    dParallelSAPSpaceSetNumThreads(id, 1 + static_cast<int>(random.below(7)));
+    dParallelSAPSpaceSetQueryFilter(id, QueryFilter::ask, &filter);
+    const auto got = batch.ask(id, flags);
+    dParallelSAPSpaceSetQueryFilter(id, nullptr, nullptr);
+    dParallelSAPSpaceSetNumThreads(id, threads);
+    const std::string problem = difference(
+        got, batch.owed(id, membersOf(space), flags,
+                        [&](std::size_t i, dGeomID geom) { return filter.meets(i, geom); }));
+    if (!problem.empty()) fail("queries of space " + std::to_string(space) + ": " + problem);
+    ++collides_;
+  }
+}
+
+}  // namespace sap_test
