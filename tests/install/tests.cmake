@@ -6,6 +6,13 @@ set(user_environment "DEBFULLNAME=A Packager;DEBEMAIL=packager@debian.org;CMAKE_
 get_target_property(library_type ode-parallel-sap TYPE)
 option(ODE_PARALLEL_SAP_SLOW_TESTS "Also the tests that take minutes" OFF)
 
+# For another build, with the same ODE.
+set(same_ode
+    "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}"
+    "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
+    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}"
+    "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}")
+
 function(add_install_test name)
   add_test(NAME install.${name} COMMAND ${ARGN})
   set_tests_properties(install.${name} PROPERTIES LABELS "cpu;install" TIMEOUT 1200 ENVIRONMENT "${user_environment}")
@@ -69,8 +76,7 @@ function(add_build name directory)
     -DBUILD_TESTING=OFF -DODE_PARALLEL_SAP_EXAMPLES=OFF -DCMAKE_INSTALL_PREFIX=/usr
     "-DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE}" "-DCMAKE_CXX_FLAGS_${type}=-O0"
     "-DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}" "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
-    "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}" "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
-    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}" ${ARGN})
+    ${same_ode} ${ARGN})
   set_tests_properties(install.${name}.build PROPERTIES FIXTURES_SETUP install.${name})
 endfunction()
 

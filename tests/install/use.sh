@@ -4,42 +4,35 @@
 # Installs a build to a new prefix, whose path has a space in it, or takes the prefix of a copy that is installed, and
 # uses it from there: builds and runs user.c against it, or runs PROGRAM, spaces_program.cpp if none is named, under the
 # installed preload library. CC and CXX are taken from the environment.
-set -euo pipefail
-build=$1 way=$2
-here=$(cd "$(dirname "$0")" && pwd)
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+. "$(dirname "$0")/../support/script.sh"
+build=$1 way=$2 here=$(cd "$(dirname "$0")" && pwd)
 prefix=$build
 if [ -e "$build/CMakeCache.txt" ]; then
   prefix="$folder/a prefix"
   cmake --install "$build" --prefix "$prefix" >/dev/null
 fi
 pkgconfig=$(find "$prefix" -name ode-parallel-sap.pc -print -quit)
-[ "$pkgconfig" ] || { echo "nothing is installed in $prefix"; exit 1; }
+[ "$pkgconfig" ] || fail "nothing is installed in $prefix"
 libdir=$(dirname "$(dirname "$pkgconfig")")
 export PKG_CONFIG_PATH="$libdir/pkgconfig:${PKG_CONFIG_PATH-}"
 
 # A static library keeps the plug-in that it is linked into in memory, as a shared one does itself.
 check_stays() {
-  [ -e "$libdir/libode-parallel-sap.so" ] || readelf -d "$1" | grep -q NODELETE || {
-    echo "a plug-in with the library in it could be unloaded under the threads"
-    exit 1
-  }
+  [ -e "$libdir/libode-parallel-sap.so" ] || readelf -d "$1" | grep -q NODELETE ||
+    fail "a plug-in with the library in it could be unloaded under the threads"
 }
 
 # Nothing that the library uses within may be on the command line that compiles a user's file.
 check_compile_line() {
-  if grep -Ei -e '-fopenmp|cuda|ode/src|ode-private|-std=' <<<"$1"; then
-    echo "the compile line of a user has more than the public headers need"
-    exit 1
-  fi
+  ! grep -Ei -e '-fopenmp|cuda|ode/src|ode-private|-std=' <<<"$1" ||
+    fail "the compile line of a user has more than the public headers need"
 }
 
 case $way in
   find_package)
     cmake -S "$here" -B "$folder/user" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_EXPORT_COMPILE_COMMANDS=ON >/dev/null
     check_compile_line "$(grep '"command"' "$folder/user/compile_commands.json")"
-    cmake --build "$folder/user" >"$folder/log" || { cat "$folder/log"; exit 1; }
+    quietly cmake --build "$folder/user"
     "$folder/user/user"
     check_stays "$folder/user/plug-in.so"
     ;;
@@ -57,7 +50,7 @@ case $way in
       LD_LIBRARY_PATH="$libdir:${LD_LIBRARY_PATH-}" "$folder/user-program" >"$folder/log" 2>&1 ||
         refused=$((refused + $(grep -c 'compiled for .* precision, .* in dParallelSAPSpaceCreate()' "$folder/log")))
     done
-    [ $refused -eq 1 ] || { echo "not one precision of two is refused" && exit 1; }
+    [ $refused -eq 1 ] || fail "not one precision of two is refused"
     "${CC:-cc}" -shared -fPIC "$here/user.c" -o "$folder/plug-in.so" "${flags[@]}"
     check_stays "$folder/plug-in.so"
     ;;

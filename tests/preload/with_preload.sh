@@ -1,14 +1,5 @@
 # Sourced by the other scripts.
-set -euo pipefail
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-
-# fail WORD...: shows what was said, and why that is wrong
-fail() {
-  cat "$folder/said"
-  echo "$*"
-  exit 1
-}
+. "$(dirname "$0")/../support/script.sh"
 
 # with_preload "LIBRARY..." COMMAND... runs a command under these libraries. LD_PRELOAD cannot
 # name a path that has a space in it, so they are found by name; lists are split at newlines.

@@ -3,20 +3,10 @@
 #
 # FETCH (fetch_debian_source.sh) with an archive of this test's own: what it says where the archive is
 # down, and where two of the machine's files name it. Ends with status 77 where there is no apt.
-set -euo pipefail
+. "$(dirname "$0")/../support/script.sh"
 fetch=$1
-if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
-  echo "skipped: no apt-get, this is not a Debian system"
-  exit 77
-fi
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+command -v apt-get >/dev/null && command -v dpkg-query >/dev/null || skip "no apt-get, this is not a Debian system"
 chmod 755 "$folder"
-fail() {
-  cat "$folder/said"
-  echo "$*"
-  exit 1
-}
 
 # A machine whose apt has these sources and no others.
 mkdir -p "$folder/sources" "$folder/archive"

@@ -3,14 +3,8 @@
 #
 # The scripts named `run` on a machine that is made up: what they install, what they say to a user who cannot, and
 # which arguments go where. Nothing is installed or built.
-set -euo pipefail
+. "$(dirname "$0")/../support/script.sh"
 source=$1
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-fail() {
-  echo "$*"
-  exit 1
-}
 
 # The tree: the scripts, and a `pile` that prints its arguments.
 mkdir -p "$folder/tree/build/release/examples/pile" "$folder/bin"

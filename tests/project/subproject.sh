@@ -4,22 +4,18 @@
 # Builds the library as a part of the project in parent/: settings and tests of the parent's are its
 # own, whatever they are, and a unity build of all of it works. Where the parent says nothing of optimising, the
 # library is optimised, and the parent is not. The objects in BUILD are kept.
-set -euo pipefail
+. "$(dirname "$0")/../support/script.sh"
 source=$1 build=$2
 shift 2
 here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$build"
-fail() {
-  echo "$*"
-  exit 1
-}
 
 # configure OPTION...: anew, as a parent with these settings.
 configure() {
   rm -f "$build/CMakeCache.txt"
-  cmake -S "$here/parent" -B "$build" -DPART="$source" "$@" >"$build.log" 2>&1 || { cat "$build.log"; exit 1; }
-  ctest --test-dir "$build" -N >"$build.log"
-  grep -q 'Total Tests: 1$' "$build.log" || fail "the part adds tests to its parent: $(tail -1 "$build.log")"
+  cmake -S "$here/parent" -B "$build" -DPART="$source" "$@" >"$folder/said" 2>&1 || fail "not configured: $*"
+  quietly ctest --test-dir "$build" -N
+  grep -q 'Total Tests: 1$' "$folder/said" || fail "the part adds tests to its parent"
 }
 
 # expect_optimised FILE FLAG: the last -O with which a file is compiled; FLAG may be empty.
@@ -39,6 +35,6 @@ expect_optimised space/api/api.cpp -O1
 configure "$@" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
 expect_optimised space/api/api.cpp ''
 configure "$@" -DCMAKE_UNITY_BUILD=ON
-cmake --build "$build" >"$build.log" 2>&1 || { tail -30 "$build.log"; exit 1; }
+quietly cmake --build "$build"
 ctest --test-dir "$build" --output-on-failure
 [ -e "$build/part/space/libode-parallel-sap.a" ] || fail "not the static library that add_library means by itself"

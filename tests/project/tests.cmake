@@ -46,23 +46,17 @@ add_project_test(header "${CMAKE_COMMAND}" --build "${PROJECT_BINARY_DIR}" --tar
 if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   add_project_test(
     subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"
-    -G "${CMAKE_GENERATOR}" -DODE_PARALLEL_SAP_CUDA=OFF "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}"
-    "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}" "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}"
-    "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}")
+    -G "${CMAKE_GENERATOR}" -DODE_PARALLEL_SAP_CUDA=OFF ${same_ode})
   # README's way to install, where nothing is there but what it says is needed.
   add_project_test(
     needs-no-more "${CMAKE_COMMAND}" -S "${PROJECT_SOURCE_DIR}" --preset install
     -B "${CMAKE_CURRENT_BINARY_DIR}/project/needs-no-more" -G "${CMAKE_GENERATOR}"
-    -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=ON -DCMAKE_DISABLE_FIND_PACKAGE_CLI11=ON
-    "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}" "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
-    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}")
+    -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=ON -DCMAKE_DISABLE_FIND_PACKAGE_CLI11=ON ${same_ode})
   # What only builds with assertions promise: two threads in one space are found.
   add_project_test(
     debug "${CMAKE_CTEST_COMMAND}" --build-and-test "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/debug"
     --build-generator "${CMAKE_GENERATOR}" --build-target property-tests --build-options -DCMAKE_BUILD_TYPE=Debug
-    -DODE_PARALLEL_SAP_PROPERTY_TESTS=contract -DODE_PARALLEL_SAP_EXAMPLES=OFF -DODE_PARALLEL_SAP_CUDA=OFF
-    "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}" "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
-    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}"
+    -DODE_PARALLEL_SAP_PROPERTY_TESTS=contract -DODE_PARALLEL_SAP_EXAMPLES=OFF -DODE_PARALLEL_SAP_CUDA=OFF ${same_ode}
     --test-command "${CMAKE_CURRENT_BINARY_DIR}/project/debug/tests/property-tests" "Two threads*" --warn NoTests)
   set(property_tests ${cpu_only} ${every_backend})
   list(TRANSFORM property_tests REPLACE ".*/" "")
@@ -72,8 +66,7 @@ if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQU
     no-assertions "${CMAKE_CTEST_COMMAND}" --build-and-test "${PROJECT_SOURCE_DIR}"
     "${CMAKE_CURRENT_BINARY_DIR}/project/no-assertions" --build-generator "${CMAKE_GENERATOR}" --build-target property-tests
     --build-options -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG" -DODE_PARALLEL_SAP_EXAMPLES=OFF
-    -DODE_PARALLEL_SAP_CUDA=OFF -DODE_PARALLEL_SAP_ODE=SOURCE "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
-    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}"
+    -DODE_PARALLEL_SAP_CUDA=OFF ${same_ode} -DODE_PARALLEL_SAP_ODE=SOURCE
     --test-command "${CMAKE_CTEST_COMMAND}" --output-on-failure --no-tests=error -R "^(${property_tests})$")
   set_property(
     TEST project.no-assertions APPEND

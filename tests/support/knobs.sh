@@ -2,43 +2,31 @@
 # knobs.sh PROPERTY_TESTS
 #
 # What tests/README.md says of the environment variables of the tests.
-set -euo pipefail
+. "$(dirname "$0")/script.sh"
 program=$1
 unset ODE_PARALLEL_SAP_TEST_SEED ODE_PARALLEL_SAP_TEST_SCALE ODE_PARALLEL_SAP_TEST_ONLY
-said=
-fail() {
-  tail -n 20 <<<"$said"
-  echo "$*"
-  exit 1
-}
-# run VARIABLE=VALUE... -- ARGUMENT...: sets said and status
+# run STATUS VARIABLE=VALUE ARGUMENT...: the program must end with this status
 run() {
-  local -a variables=()
-  while [ "$1" != -- ]; do variables+=("$1"); shift; done
-  shift
-  status=0
-  said=$(env "${variables[@]}" "$program" "$@" 2>&1) || status=$?
+  local status=0
+  env "ODE_PARALLEL_SAP_TEST_$2" "$program" "${@:3}" >"$folder/said" 2>&1 || status=$?
+  [ $status -eq "$1" ] || fail "$2 ends with $status"
 }
+says() { grep -q "$1" "$folder/said" || fail "does not say $1"; }
 
-run ODE_PARALLEL_SAP_TEST_ONLY="no such" -- "[api]"
-[ "$status" -eq 77 ] || fail "a configuration that is not to be had ends with $status"
-grep -q '^SKIPPED: all of it$' <<<"$said" || fail "nothing is said of what is skipped"
-run ODE_PARALLEL_SAP_TEST_ONLY="cpu, sweep" -- -s "Closed intervals*"
-[ "$status" -eq 0 ] && grep -q 'cpu, sweep' <<<"$said" || fail "no sweep with cpu, sweep"
-! grep -q 'brute force\|axis lists' <<<"$said" || fail "not only the sweep"
+run 77 ONLY="no such" "[api]"
+says '^SKIPPED: all of it$'
+run 0 ONLY="cpu, sweep" -s "Closed intervals*"
+says 'cpu, sweep'
+! grep -q 'brute force\|axis lists' "$folder/said" || fail "not only the sweep"
 
-run ODE_PARALLEL_SAP_TEST_SEED=12345 -- -s "Queries follow the formula*"
-[ "$status" -eq 0 ] && grep -q 'ODE_PARALLEL_SAP_TEST_SEED=12345' <<<"$said" || fail "the seed is not taken"
-run ODE_PARALLEL_SAP_TEST_SEED=12345 -- -s "Bounds and planes of every kind*"
-grep -q 'ODE_PARALLEL_SAP_TEST_SEED=12346' <<<"$said" || fail "the second run has not the next seed"
+run 0 SEED=12345 -s "Queries follow the formula*"
+says 'ODE_PARALLEL_SAP_TEST_SEED=12345'
+run 0 SEED=12345 -s "Bounds and planes of every kind*"
+says 'ODE_PARALLEL_SAP_TEST_SEED=12346' # the second run has the next seed
 
 # Runs are as many assertions.
-runs() {
-  run "$1" -- "Bounds and planes of every kind*"
-  [ "$status" -eq 0 ] || fail "$1 ends with $status"
-  sed -n 's/.*(\([0-9]*\) assertions.*/\1/p' <<<"$said"
-}
-tenth=$(runs ODE_PARALLEL_SAP_TEST_SCALE=0.1) whole=$(runs ODE_PARALLEL_SAP_TEST_SCALE=1)
-[ "$whole" -gt 0 ] && [ "$((10 * tenth))" -eq "$whole" ] || fail "a tenth of $whole runs is $tenth"
-run ODE_PARALLEL_SAP_TEST_SCALE=-1 -- "Bounds and planes of every kind*"
-[ "$status" -eq 1 ] || fail "a scale that makes no sense ends with $status"
+run 0 SCALE=0.1 "Bounds and planes of every kind*"
+tenth=$(sed -n 's/.*(\([0-9]*\) assertions.*/\1/p' "$folder/said")
+run 0 SCALE=1 "Bounds and planes of every kind*"
+says "($((10 * tenth)) assertions"
+run 1 SCALE=-1 "Bounds and planes of every kind*"

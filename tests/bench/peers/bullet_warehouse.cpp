@@ -26,10 +26,10 @@ dGeomID geomOf(const btBroadphaseProxy* proxy) {
 
 // Calls `near` for a ray or probe and what its box meets.
 struct Query : btBroadphaseRayCallback {
-  dNearCallback* near;
-  void* data;
-  dGeomID geom;
-  Query(dNearCallback* callback, void* its_data) : near(callback), data(its_data), geom(nullptr) {}
+  Query(dNearCallback* callback, void* its_data) : near(callback), data(its_data) {}
+  dNearCallback* const near;
+  void* const data;
+  dGeomID geom = nullptr;
   bool process(const btBroadphaseProxy* proxy) override {
     near(data, geom, geomOf(proxy));
     return true;

@@ -74,41 +74,33 @@ class EmbreeWarehouse : public scene::Warehouse {
     found.hit.geomID = arguments->geomID;
   }
 
-  struct Pairs {
-    EmbreeWarehouse* self;
-    const Boxes *first, *second;
-    void (EmbreeWarehouse::*meet)(unsigned number, dGeomID a, dGeomID b);
-  };
-  void eachPair(const Boxes& first, const Boxes& second,
-                void (EmbreeWarehouse::*meet)(unsigned number, dGeomID a, dGeomID b)) {
-    Pairs pairs{this, &first, &second, meet};
+  // Calls meet (number, a, b), with the number of a among the first.
+  template <class Meet>
+  static void eachPair(const Boxes& first, const Boxes& second, const Meet& meet) {
+    struct Call {
+      const Boxes *first, *second;
+      const Meet& meet;
+    } call{&first, &second, meet};
     rtcCollide(
         first.scene, second.scene,
         [](void* data, RTCCollision* collisions, unsigned count) {
-          const Pairs& to = *static_cast<Pairs*>(data);
+          const Call& to = *static_cast<Call*>(data);
           for (unsigned i = 0; i < count; ++i)
-            (to.self->*to.meet)(collisions[i].primID0, to.first->geoms[collisions[i].primID0],
-                                to.second->geoms[collisions[i].primID1]);
+            to.meet(collisions[i].primID0, to.first->geoms[collisions[i].primID0],
+                    to.second->geoms[collisions[i].primID1]);
         },
-        &pairs);
-  }
-
-  void meetGeom(unsigned, dGeomID a, dGeomID b) {
-    if (dGeomGetBody(a) != dGeomGetBody(b)) near(this, a, b);
-  }
-  void meetMover(unsigned, dGeomID a, dGeomID b) {
-    if (a < b) meetGeom(0, a, b);  // a pair comes in both orders
-  }
-  void meetProbe(unsigned number, dGeomID a, dGeomID b) {
-    if (probes()[number].touched) return;
-    pose(number);
-    nearProbe(this, a, b);
+        &call);
   }
 
   void collide() override {
     movers_.update();
-    eachPair(movers_, rest_, &EmbreeWarehouse::meetGeom);
-    eachPair(movers_, movers_, &EmbreeWarehouse::meetMover);
+    const auto meet = [this](unsigned, dGeomID a, dGeomID b) {
+      if (dGeomGetBody(a) != dGeomGetBody(b)) near(this, a, b);
+    };
+    eachPair(movers_, rest_, meet);
+    eachPair(movers_, movers_, [&](unsigned, dGeomID a, dGeomID b) {
+      if (a < b) meet(0, a, b);  // a pair comes in both orders
+    });
   }
 
   void castRays() override {
@@ -135,8 +127,12 @@ class EmbreeWarehouse : public scene::Warehouse {
   void tryPoses() override {
     probes_.update();
     for (std::size_t i = 0; i < probes().size(); ++i) pose(i);  // not touched so far
-    eachPair(probes_, rest_, &EmbreeWarehouse::meetProbe);
-    eachPair(probes_, movers_, &EmbreeWarehouse::meetProbe);
+    for (const Boxes* const boxes : {&rest_, &movers_})
+      eachPair(probes_, *boxes, [this](unsigned number, dGeomID a, dGeomID b) {
+        if (probes()[number].touched) return;
+        pose(number);
+        nearProbe(this, a, b);
+      });
   }
 
   const RTCDevice device_ = rtcNewDevice("threads=1");
