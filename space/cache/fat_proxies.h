@@ -8,8 +8,8 @@
 #include "space/base/pair_list.h"
 #include "space/base/tuning.h"
 #include "space/cache/changed_pairs.h"
-#include "space/pairs/sweep.h"
 #include "space/pairs/cell_trees.h"
+#include "space/pairs/sweep.h"
 
 namespace ode_parallel_sap {
 
