@@ -112,6 +112,13 @@ bool Driver::isInside(int object, int space) const {
   return false;
 }
 
+std::vector<int> Driver::within(int space) const {
+  std::vector<int> all;
+  for (std::size_t i = 0; i < objects_.size(); ++i)
+    if (objects_[i].geom && isInside(objects_[i].parent, space)) all.push_back(static_cast<int>(i));
+  return all;
+}
+
 // Of a region in which the geoms there are overlap a few others each.
 double Driver::side() const {
   return 1 + std::cbrt(static_cast<double>(alive_.size()));

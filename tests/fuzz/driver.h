@@ -175,6 +175,7 @@ class Driver {
   // Some of a space's members: one of them, or a part between a thousandth and all.
   std::vector<int> pickSome(int space, Random& random);
   bool isInside(int object, int space) const;
+  std::vector<int> within(int space) const;  // at any depth
   double side() const;
   void log(const std::string& call);
   void fail(const std::string& what);

@@ -162,11 +162,10 @@ void Driver::collideFrames() {
   for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
     if (motion == kDrift) driftAll(space, distance);
     if (motion == kTremble) trembleAll(space, distance, moving, random);
-    const std::vector<int> members = objects_[space].members;
-    for (const int member : members) {
+    for (const int member : objects_[space].members)
       if (motion <= kSomeByLittle && random.chance(moving)) place(member, motion * 2, random);
-      if (random.chance(changing)) changeAnyhow(member, random);
-    }
+    for (const int object : within(space))
+      if (random.chance(changing)) changeAnyhow(object, random);
     const std::size_t settings[] = {1, 2, 4, 4, 5, 6};
     if (events && motion != kTremble && random.chance(0.2))
       change(space, settings[random.below(std::size(settings))], random.below(6));

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <thread>
 
 #include "driver.h"
 
@@ -12,14 +14,17 @@ namespace {
 
 constexpr std::size_t kMostSpaces = 8;
 
+// On the calling thread alone.
 int vetoes(dGeomID self, dGeomID other, dReal[6]) {
+  static const std::thread::id caller = std::this_thread::get_id();
+  if (std::this_thread::get_id() != caller) std::abort();
   return (31 * number(self) + 17 * number(other) + userBoxData(self).mood) % 7 != 0;
 }
 
-// The same tetrahedron, here and there.
+// The same tetrahedron, here and out of the crowd.
 dTriMeshDataID trianglesAt(std::size_t place) {
   static const float corners[2][4][3] = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                                         {{0, 0, 2}, {1, 0, 2}, {0, 1, 2}, {0, 0, 3}}};
+                                         {{0, 0, 20}, {1, 0, 20}, {0, 1, 20}, {0, 0, 21}}};
   static const dTriIndex faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   static dTriMeshDataID data[2];
   if (!data[place]) {

@@ -63,16 +63,15 @@ void Driver::askBatch() {
   Batch batch(queries, random);
   for (std::size_t round = random.below(4); round > 0 && problem_.empty(); --round) {
     std::vector<dGeomID> geoms;
-    for (const Object& o : objects_)
-      if (o.geom && (o.kind < kUser || o.kind == kMesh) && isTame(o.geom, filter.rays) &&
-          isInside(o.parent, space))
+    for (const int object : within(space))
+      if (const Object& o = objects_[object];
+          (o.kind < kUser || o.kind == kMesh) && isTame(o.geom, filter.rays))
         geoms.push_back(o.geom);
     if (geoms.empty()) return;
     batch.moveTo(geoms);
     if constexpr (std::is_same_v<Batch, RayBatch>) spoil(batch.rays, random);
-    const std::vector<int> members = objects_[space].members;
-    for (const int member : members)
-      if (random.chance(changing)) changeAnyhow(member, random);
+    for (const int object : within(space))
+      if (random.chance(changing)) changeAnyhow(object, random);
     const int flags = batch.someFlags();
     const FloatingPointMode scoped(mode());
     const int threads = dParallelSAPSpaceGetNumThreads(id);

@@ -9,8 +9,6 @@
 #include <cstring>
 #include <limits>
 #include <new>
-#include <set>
-#include <thread>
 #include <type_traits>
 #include <vector>
 
@@ -19,7 +17,6 @@
 #include "support/contact_scene.h"
 #include "support/floating_point.h"
 #include "support/knobs.h"
-#include "support/moving_scene.h"
 #include "support/nested_scene.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
@@ -184,63 +181,6 @@ TEMPLATE_TEST_CASE("Meshes, heightfields and users' classes are met alike by any
   }
 }
 
-TEMPLATE_TEST_CASE("Queries see the geoms of spaces within the space, at any depth",
-                   "[rays][overlaps]", RayBatch, ProbeBatch) {
-  const std::uint64_t seed = seedOr(521);
-  Random random(seed);
-  const Space space;
-  World world(space);
-  std::vector<dSpaceID> spaces;
-  for (int i = 0; i < 60; ++i) {
-    const dSpaceID parent = i >= 30 ? spaces[random.below(spaces.size())] : dSpaceID(space);
-    spaces.push_back(i % 3 == 0   ? dSimpleSpaceCreate(parent)
-                     : i % 3 == 1 ? dHashSpaceCreate(parent)
-                                  : dParallelSAPSpaceCreate(parent));
-    if (i < 30) world.take(asGeom(spaces.back()));
-    if (random.chance(0.1)) dGeomSetCategoryBits(asGeom(spaces.back()), 1);
-    if (random.chance(0.1)) dGeomDisable(asGeom(spaces.back()));
-  }
-  world.addBoxes(denseCube(200, seed));
-  const auto place = [&](dGeomID geom) {
-    dGeomSetPosition(geom, static_cast<dReal>(random.between(0, 6)),
-                     static_cast<dReal>(random.between(0, 6)), 3);
-  };
-  std::vector<dGeomID> inside = {dCreateSphere(spaces[0], 2)};
-  std::vector<dBodyID> bodies;
-  while (bodies.size() < 10) bodies.push_back(dBodyCreate(world.dynamics()));
-  for (int i = 0; i < 400; ++i) {
-    const Shape& shape = shapes()[random.below(shapes().size())];
-    if (!shape.placeable) continue;
-    inside.push_back(shape.create(spaces[random.below(spaces.size() - 1)]));  // one stays empty
-    if (i % 3 == 0) dGeomSetBody(inside.back(), bodies[random.below(10)]);
-    place(inside.back());
-  }
-  // Of a class with an AABBTest, which may object to a whole space.
-  static const std::thread::id caller = std::this_thread::get_id();
-  static std::atomic<bool> strayed;
-  const auto objects = [](dGeomID, dGeomID to, dReal*) {
-    if (std::this_thread::get_id() != caller) strayed = true;
-    return int(!dGeomIsSpace(to));
-  };
-  createUserBox(spaces[0], {0, 6, 0, 6, 0, 6}, false, objects);
-  const dGeomID picky = createUserBox(nullptr, {0, 5, 0, 5, 0, 5}, false, objects);
-  TestType batch(100, random);
-  for (int frame = 0; frame < 5; ++frame) {
-    batch.moveTo(inside);
-    for (const dGeomID geom : inside)
-      if (random.chance(0.1)) place(geom);
-    if constexpr (std::is_same_v<TestType, ProbeBatch>) {
-      batch.probes.push_back({picky, nullptr, 0});
-      batch.probes.push_back({inside[0], nullptr, 0});  // of the space itself
-    }
-    dSpaceClean(space);
-    INFO("frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    CHECK(requireOwed(space, world.geoms(), batch, 3) > 30);
-    CHECK(!strayed);
-  }
-  dGeomDestroy(picky);
-}
-
 TEMPLATE_TEST_CASE("Queries see large spaces within the space as these change, through a filter",
                    "[rays][overlaps][filters]", RayBatch, ProbeBatch) {
   const std::uint64_t seed = seedOr(523);
@@ -271,25 +211,6 @@ TEMPLATE_TEST_CASE("Queries see large spaces within the space as these change, t
     CHECK(filter.spaces == 0);
     CHECK(filter.beside == 0);
     CHECK(filter.calls > 500);
-  }
-}
-
-TEMPLATE_TEST_CASE("Queries keep up with a space that is edited between them", "[rays][overlaps]",
-                   RayBatch, ProbeBatch) {
-  const std::uint64_t seed = seedOr(531);
-  Random random(seed);
-  MovingScene scene(configurations()[0], 200, seed, {0, false});
-  TestType batch(20, random);
-  for (int step = 0; step < scaled(300); ++step) {
-    scene.edit();
-    if (random.chance(0.1)) scene.moveSome(0.1);
-    if (random.chance(0.1)) (void)collide(scene.space());
-    batch.moveTo(scene.order());
-    INFO("step " << step << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    const auto first = batch.ask(scene.space(), 2);
-    const auto owed = batch.owed(scene.space(), scene.order(), 2);
-    REQUIRE(difference(first, owed) == "");
-    REQUIRE(difference(batch.ask(scene.space(), 2), owed) == "");
   }
 }
 
@@ -327,26 +248,6 @@ TEMPLATE_TEST_CASE("A callback may throw, and ask again with a filter of its own
   const dGeomID probe = dCreateSphere(nullptr, 100);
   CHECK(collide2(space, probe).size() == world.geoms().size());  // which no filter is for
   dGeomDestroy(probe);
-}
-
-TEMPLATE_TEST_CASE("Geoms that a callback destroys are in no later report of the call",
-                   "[rays][overlaps]", RayBatch, ProbeBatch) {
-  BoxesAndBatch<TestType> scene(571, 100);
-  const Space& space = scene.space;
-  World& world = scene.world;
-  auto& batch = scene.batch;
-  std::set<dGeomID> gone;
-  std::size_t reports = 0, late = 0;
-  batch.report(space, 2, [&](dGeomID geom) {
-    late += gone.count(geom);
-    if (++reports > 1) return;
-    gone.insert(world.geoms().begin() + 200, world.geoms().end());
-    world.shrinkTo(200);
-  });
-  CHECK(reports > 30);
-  CHECK(late == 0);
-  batch.moveTo(world.geoms());
-  CHECK(difference(batch.ask(space, 2), batch.owed(space, world.geoms(), 2)) == "");
 }
 
 TEMPLATE_TEST_CASE("A filter may throw: one exception leaves the call, and nothing is reported",
