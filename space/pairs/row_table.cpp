@@ -21,11 +21,7 @@ constexpr std::size_t block_pairs_held = block_words - 1;
 constexpr std::size_t most_chunks = 256;
 constexpr int least_chunk_bits = 9;  // fixed: slots of a chunk, enough for one thread
 constexpr std::size_t most_row_pairs = ~std::uint32_t{0};  // of a chunk, as rows end at words
-
-// Fewer than one in so many slots are sorted by comparisons. A round number.
-bool areFew(std::size_t pairs, std::size_t slots) {
-  return 8 * pairs < slots;
-}
+constexpr std::size_t few_share = 8;  // a round number: one in so many slots is few
 
 }  // namespace
 
@@ -95,7 +91,7 @@ bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& spa
   const auto forPairs = [&](auto use) {
     for (int thread = 0; thread < threads; ++thread) spaces_[thread]->forPairs(chunk, use);
   };
-  if (areFew(static_cast<std::size_t>(end - begin), slots)) {
+  if (few_share * static_cast<std::size_t>(end - begin) < slots) {  // sorted by comparisons
     const Pair mark = exact ? 0 : 1;
     Pair any = 0, *to = begin;
     forPairs([&](std::uint64_t pair) {
@@ -127,19 +123,17 @@ bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& spa
 int RowTable::writePairs(bool exact, int threads, const PairTest* test, PairList& pairs) {
   const std::size_t chunks = (slots_ + (std::size_t{1} << chunk_bits_) - 1) >> chunk_bits_;
   chunk_begin_.resizeDiscarding(chunks + 1);
-  std::size_t count = 0, rows = 0;
+  std::size_t count = 0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
     chunk_begin_[chunk] = count;
     for (int thread = 0; thread < threads; ++thread) count += spaces_[thread]->pairsOf(chunk);
-    const std::size_t slots = std::size_t{1} << chunk_bits_;
-    rows += areFew(count - chunk_begin_[chunk], slots) ? 0 : slots;
   }
   chunk_begin_[chunks] = count;
   pairs.clear(1);
   pairs.parts[0].resizeDiscarding(count);
   Pair* const written = pairs.parts[0].data();
   chunks_.resizeDiscarding(chunks);
-  const int team = teamFor(count + rows, grains::moved_pairs, threads);
+  const int team = teamFor(count, grains::moved_pairs, threads);
   const int used = runChunks(
       writing, team, chunks, 1,
       [&](const Range& range, int thread) {
