@@ -139,7 +139,7 @@ def memory(rows, _):
 @table("frames")
 def frames(rows, _):
     """Frames of a program that does something else between them, on a quiet host and on the busiest one."""
-    sizes, busy = values(rows, "n"), values(rows, "others")
+    sizes, busy = [n for n in values(rows, "n") if n != 20000], values(rows, "others")
     lines = []
     for others in busy[0], busy[-1]:
         for between, sleep, work in ("nothing", 0, 0), ("16 ms of sleep", 16, 0), ("5 ms of work", 0, 5):
@@ -321,7 +321,7 @@ def ablation(rows, _):
         middle = statistics.median(ms for ms, _ in of.values())
         for name, (ms, ran) in of.items():
             if ran:
-                by_name.setdefault(name, []).append((ms / middle, cell_name))
+                by_name.setdefault(name, []).append((ms / middle, re.sub(r"^pair | threads=1| moving=1|(scene|setting|kind)s?=", "", cell_name)))
     noise = sorted(ratio for name in ("whole", "nothing") for ratio, _ in by_name[name])
     least_noise, most_noise = noise[len(noise) // 40], noise[-1 - len(noise) // 40]
     lines = []
