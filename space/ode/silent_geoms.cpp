@@ -19,14 +19,29 @@ bool mayBeSilent(const dxGeom* geom) {
   return geom->type == dTriMeshClass || IS_SPACE(geom);
 }
 
-// A stock space that is going through its list must not put it into another order.
+// Simple and hash spaces clean the dirty geoms in front of their lists. ODE, which may be going
+// through such a list, would miss a geom that comes to the front.
+bool cleansFront(const dxSpace* space) {
+  return space->type == dSimpleSpaceClass || space->type == dHashSpaceClass;
+}
+
 void markDirty(dxSpace* space, dxGeom* geom) {
-  if (space->lock_count == 0 || parallelSAPSpace(space)) space->dirty(geom);
+  if (!cleansFront(space) && (space->lock_count == 0 || parallelSAPSpace(space)))
+    space->dirty(geom);
+}
+
+// So that a space which cleans the front cleans all that are dirty.
+void makeDirtyToLast(dxSpace* space) {
+  dxGeom* last = nullptr;
+  for (dxGeom* geom = space->first; geom; geom = geom->next)
+    if (isDirty(geom)) last = geom;
+  for (dxGeom* geom = space->first; last && geom != last; geom = geom->next)
+    geom->gflags |= GEOM_DIRTY;
 }
 
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
-// locked. Marks them in each other's lists, if `marking`: also those that are dirty, which a stock
-// space may have behind clean ones, where it does not clean them.
+// locked. Marks them in each other's lists, if `marking`: also those that are dirty, which another
+// space may not know of.
 void makeDirty(dxSpace* space, bool marking) {
   for (; space; space = space->parent_space) {
     space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
@@ -118,6 +133,7 @@ void SilentGeoms::list(dxGeom* const* geoms) {
 
 void SilentGeoms::check(dxSpace& space, dxGeom* const* geoms) {
   bool any = false, listed = false;
+  std::vector<dxSpace*> fronts;  // of spaces with dirty geoms
   try {
     if (!isListed()) list(geoms);
     listed = true;
@@ -127,8 +143,14 @@ void SilentGeoms::check(dxSpace& space, dxGeom* const* geoms) {
       if (!isDirty(within.mesh)) continue;
       dxSpace* const around = within.mesh->parent_space;
       markDirty(around, within.mesh);
-      if (std::exchange(marked, around) != around) makeDirty(around, true);
+      if (std::exchange(marked, around) == around) continue;
+      makeDirty(around, true);
+      for (dxSpace* each = around; each; each = each->parent_space)
+        if (cleansFront(each)) fronts.push_back(each);
     }
+    std::sort(fronts.begin(), fronts.end());
+    fronts.erase(std::unique(fronts.begin(), fronts.end()), fronts.end());
+    for (dxSpace* const front : fronts) makeDirtyToLast(front);
   } catch (const std::bad_alloc&) {
     any = makeDirtyAround(&space);
   }
@@ -141,7 +163,11 @@ void SilentGeoms::check(dxSpace& space, dxGeom* const* geoms) {
     listed_ = within_listed_ = true;
     changed_.clear();
   }
-  if (any) makeDirty(&space, true);
+  if (!any) return;
+  const bool was_dirty = isDirty(&space);
+  makeDirty(&space, true);
+  for (dxSpace* each = space.parent_space; each && !was_dirty; each = each->parent_space)
+    if (cleansFront(each)) makeDirtyToLast(each);
 }
 
 }  // namespace ode_parallel_sap

@@ -156,3 +156,32 @@ TEST_CASE("What stock sub-spaces leave dirty makes none of them dirty in callbac
     CHECK(asSet(pairs) == (destroyed ? Pairs() : Pairs{{0, 1}, {0, 2}}));
   }
 }
+
+// dSpaceCollide2 of two spaces goes through the list of the smaller one.
+TEST_CASE("ODE misses no geom of a stock sub-space whose list it goes through", "[silent]") {
+  const Triangles triangles;
+  for (const auto create : {dSimpleSpaceCreate, dHashSpaceCreate})
+    for (const bool silently : {false, true}) {
+      const Space space;
+      const dSpaceID stock = create(space), inner = create(stock);
+      const dGeomID meshes[] = {triangles.create(stock, false), triangles.create(inner, false)};
+      for (int i = 0; i < 3; ++i) dGeomSetPosition(dCreateSphere(stock, 1), 0, 0, 0);
+      for (int i = 0; i < 9; ++i) dGeomSetPosition(dCreateBox(space, 2, 2, 2), kHere, 0, 0);
+      (void)collide(space);
+      for (const dGeomID mesh : meshes) {
+        dGeomTriMeshSetData(mesh, triangles.at(true));
+        if (!silently) dGeomSetPosition(mesh, 0, 0, 0);
+      }
+      dGeomSetPosition(dCreateSphere(stock, 1), 0, 0, 0);
+      std::size_t pairs = 0;
+      struct Callback {
+        static void count(void* pairs, dGeomID a, dGeomID b) {
+          *static_cast<std::size_t*>(pairs) +=
+              dGeomGetClass(a) == dBoxClass || dGeomGetClass(b) == dBoxClass;
+        }
+      };
+      dSpaceCollide2(asGeom(stock), space.geom(), &pairs, Callback::count);
+      INFO("silently " << silently);
+      CHECK(pairs == 18);
+    }
+}
