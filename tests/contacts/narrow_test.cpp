@@ -295,12 +295,3 @@ TEST_CASE("Wrong arguments for contacts are assertions", "[narrow]") {
         refuses(0, [](void*, dGeomID, dGeomID) { return 8 | dParallelSAPOnCallingThread; }));
   }
 }
-
-TEST_CASE("A space without pairs, and one without geoms, has no contacts", "[narrow]") {
-  const Space space;
-  CHECK(parallelContacts(space, 8).empty());
-  dCreateSphere(space, 1);
-  CHECK(parallelContacts(space, 8).empty());
-  CHECK(statsOf(space).contacts == 0);
-  CHECK(statsOf(space).frames == 2);
-}

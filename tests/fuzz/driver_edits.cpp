@@ -1,6 +1,8 @@
 // What the driver does to the world between collides.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <limits>
+
 #include "driver.h"
 
 namespace sap_test {
@@ -276,7 +278,8 @@ void Driver::change(int space, std::size_t setting, std::size_t value) {
   const int methods[] = {dParallelSAPMethodAuto,       dParallelSAPMethodSweep,
                          dParallelSAPMethodBruteForce, dParallelSAPMethodAxisLists,
                          dParallelSAPMethodAuto,       dParallelSAPMethodSweep};
-  const dReal tolerances[] = {0, dReal(0.01), dReal(0.1), dReal(0.5), 0, 2};
+  constexpr dReal most = std::numeric_limits<dReal>::max();
+  const dReal tolerances[] = {0, dReal(0.01), dReal(0.1), dReal(0.5), most, 2};
   // The oracle asks geoms for their bounds, which are the swept ones then.
   const dReal steps[] = {0, dReal(0.01), dReal(0.1), 1, 0, 100};
   if (setting == 1 && !configuration_) dParallelSAPSpaceSetMethod(id, methods[value]);

@@ -358,8 +358,11 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   sweep_it(ball, -1, 1);
   sweep_it(ball, std::numeric_limits<dReal>::quiet_NaN(), 1);
   sweep_it(ball, 1, 0);
-  namesIt("dParallelSAPKeepDeepest", [&] { dParallelSAPKeepDeepest(nullptr, 1, 1); });
-  namesIt("dParallelSAPKeepSpread", [&] { dParallelSAPKeepSpread(nullptr, -1, 1); });
+  for (const auto& [count, most] : {std::pair(1, 1), {-1, 4}, {1, -1}}) {
+    dContactGeom* const contacts = most == 1 ? nullptr : &contact;
+    namesIt("dParallelSAPKeepDeepest", [&] { dParallelSAPKeepDeepest(contacts, count, most); });
+    namesIt("dParallelSAPKeepSpread", [&] { dParallelSAPKeepSpread(contacts, count, most); });
+  }
   dGeomDestroy(ball);
   CHECK_THROWS_AS(dSpaceIsParallelSAP(nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceGetStats(space, nullptr), OdeAssertion);

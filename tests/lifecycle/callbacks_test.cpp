@@ -39,46 +39,6 @@ TEST_CASE("The same holds after callbacks were left by longjmp", "[callbacks]") 
       editInCallbacks(nullptr, geoms, seedOr(8200, run), true);
 }
 
-TEST_CASE(
-    "What leaves a stock sub-space as its first change and comes back is reported in later calls",
-    "[callbacks]") {
-  struct Call {
-    dSpaceID within, by;
-    dGeomID ball;
-    int reports, of_ball;
-    static void report(void* data, size_t, dGeomID geom, const dContactGeom*, int) {
-      Call& self = *static_cast<Call*>(data);
-      if (self.reports++ == 0) {
-        dSpaceRemove(self.within, self.ball);
-        if (self.by) dSpaceAdd(self.by, self.ball);
-        if (self.by) dSpaceRemove(self.by, self.ball);
-        dSpaceAdd(self.within, self.ball);
-        dGeomSetPosition(self.ball, 0, 0, 0);
-      } else {
-        self.of_ball += geom == self.ball;
-      }
-    }
-  };
-  for (const bool by_way : {false, true}) {
-    const Space space;
-    Call call = {dSimpleSpaceCreate(space), by_way ? dHashSpaceCreate(space) : nullptr, nullptr, 0,
-                 0};
-    dCreateSphere(space, 1);
-    call.ball = dCreateSphere(call.within, 1);
-    dCreateSphere(call.within, 1);
-    const dGeomID probe = dCreateSphere(nullptr, 1);
-    for (int i = 0; i < 3; ++i) {
-      call.reports = call.of_ball = 0;
-      dParallelSAPProbe one = {probe, nullptr, 0};
-      dParallelSAPSpaceOverlaps(space, &one, 1, sizeof one, 1, &call, Call::report);
-      CHECK(one.touched == 3);
-      CHECK(call.of_ball == 0);
-      CHECK(call.reports >= 2);  // the first may be of the ball
-    }
-    dGeomDestroy(probe);
-  }
-}
-
 TEST_CASE("Where a callback may not change a space, the message names the function that it called",
           "[callbacks]") {
   for (const std::size_t n : {20, 500}) {

@@ -87,37 +87,6 @@ TEST_CASE("Twenty thousand geoms give the same pairs whatever the method", "[pai
   }
 }
 
-TEST_CASE("Closed intervals: boxes that share a face, an edge or a corner are pairs", "[pairs]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    // A lattice of 7 by 7 by 7 unit boxes: each pair of boxes at most one step apart on each axis.
-    world.addBoxes(touchingLattice(343, seedOr(13)));
-    INFO(configuration.name);
-    CHECK(collide(space).size() == (19 * 19 * 19 - 343) / 2);
-  }
-}
-
-TEST_CASE("Boxes that touch near the origin are a pair, which dHashSpace misses", "[pairs]") {
-  // The cells of all boxes that the upper one meets are column (0, 0) of dHashSpace's level 0.
-  const auto pairsIn = [](dSpaceID space, double place) {
-    World world(space);
-    for (const double z : {0.2499, 0.7498}) {
-      const dGeomID box = world.take(dCreateBox(space, dReal(0.5), dReal(0.5), dReal(0.5)));
-      dGeomSetPosition(box, real(place), real(place), real(z));
-    }
-    return collide(space).size();
-  };
-  const dSpaceID stock = dHashSpaceCreate(nullptr);
-  CHECK(pairsIn(stock, 5.4) == 1);
-  if (pairsIn(stock, 0.4) == 1) WARN("this ODE's dHashSpace finds the pair at the origin");
-  dSpaceDestroy(stock);
-  for (const Configuration& configuration : configurations()) {
-    INFO(configuration.name);
-    for (const double place : {5.4, 0.4, -0.4}) CHECK(pairsIn(Space(configuration), place) == 1);
-  }
-}
-
 TEST_CASE("One step of dReal apart is no pair, on any axis and at any place", "[pairs]") {
   using Limits = std::numeric_limits<dReal>;
   const double places[] = {0,
@@ -155,38 +124,6 @@ TEST_CASE("One step of dReal apart is no pair, on any axis and at any place", "[
         world.addBoxes(denseCube(600, 1));
         CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
       }
-}
-
-TEST_CASE("Bits count in both directions, and the highest like the lowest", "[pairs]") {
-  struct Bits {
-    unsigned long category_a, collide_a, category_b, collide_b;
-    bool pair;
-  };
-  const unsigned long top = 1ul << (8 * sizeof(unsigned long) - 1), last = 1ul << 31;
-  const Bits cases[] = {
-      {1, 0, 0, 1, true},    {0, 1, 1, 0, true},         {1, 0, 1, 0, false},
-      {0, 1, 0, 1, false},   {0, 0, ~0ul, ~0ul, false},  {top, 0, 0, top, true},
-      {top, 0, 0, 1, false}, {0, top, top, 0, true},     {1, 2, 2, 4, true},
-      {1, 2, 4, 8, false},   {~last, 0, 0, last, false}, {last, 0, 0, last, true}};
-  for (const Configuration& configuration : configurations()) {
-    for (const Bits& bits : cases) {
-      const Space space(configuration);
-      World world(space);
-      const dGeomID a = world.take(dCreateSphere(space, 1));
-      const dGeomID b = world.take(dCreateSphere(space, 1));
-      // Set after a first frame: ODE does not tell the space.
-      REQUIRE(collide(space).size() == 1);
-      dGeomSetCategoryBits(a, bits.category_a);
-      dGeomSetCollideBits(a, bits.collide_a);
-      dGeomSetCategoryBits(b, bits.category_b);
-      dGeomSetCollideBits(b, bits.collide_b);
-      INFO(configuration.name << ", case " << &bits - cases);
-      CHECK(collide(space).size() == (bits.pair ? 1 : 0));
-      // Bits of bystanders must not leak into the decision either.
-      world.addBoxes(denseCube(600, 1));
-      CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
-    }
-  }
 }
 
 TEST_CASE("Pairs come in their order, each once, whatever time the callback takes", "[pairs]") {
