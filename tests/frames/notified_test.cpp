@@ -9,7 +9,6 @@
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
@@ -141,39 +140,6 @@ TEST_CASE("A frame reads only geoms that were announced", "[notified]") {
     dParallelSAPSpaceSetNotified(row.space, 0);
     CHECK(collide(row.space) == row.pairs);
   }
-}
-
-TEST_CASE("What is done between frames that report nothing and repeat each other is seen",
-          "[notified]") {
-  const BareEnvironment bare;
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(600, seedOr(65)));
-  dParallelSAPSpaceSetNotified(space, 1);
-  dParallelSAPSpaceSetEvents(space, 1);
-  const std::size_t pairs = expectedPairs(world.geoms()).size();
-  const auto check = [&](std::size_t begun, std::size_t ended) {
-    dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
-    CHECK(begunOf(space).size() == begun);
-    CHECK(endedOf(space).size() == ended);
-    CHECK(statsOf(space).moved == 0);
-  };
-  const auto checkRepeats = [&] {
-    for (int frame = 0; frame < 20; ++frame) check(0, 0);
-  };
-  (void)collide(space);
-  checkRepeats();
-  // Pairs that are left out do not end.
-  dParallelSAPSpaceSetSkipStatic(space, 1);
-  check(0, 0);
-  checkRepeats();
-  dParallelSAPSpaceSetSkipStatic(space, 0);
-  check(0, 0);
-  checkRepeats();
-  dParallelSAPSpaceSetEvents(space, 0);
-  dParallelSAPSpaceSetEvents(space, 1);
-  check(pairs, 0);
-  checkRepeats();
 }
 
 TEST_CASE("A change announced in a callback counts in the next collide", "[notified]") {

@@ -164,8 +164,10 @@ void Driver::collideFrames() {
     if (motion == kTremble) trembleAll(space, distance, moving, random);
     for (const int member : objects_[space].members)
       if (motion <= kSomeByLittle && random.chance(moving)) place(member, motion * 2, random);
-    for (const int object : within(space))
+    for (const int object : within(space)) {
       if (random.chance(changing)) changeAnyhow(object, random);
+      if (changing == 0 && objects_[object].kind == kUser) changeUnasked(object, 0, random);
+    }
     const std::size_t settings[] = {1, 2, 4, 4, 5, 6};
     if (events && motion != kTremble && random.chance(0.2))
       change(space, settings[random.below(std::size(settings))], random.below(6));
