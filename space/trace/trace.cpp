@@ -138,18 +138,14 @@ constexpr char write_mode[] = "wb";  // fixed: the C library's
 void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {
   ++frame_;
   for (TraceBytes& list : lists_) list.clear();
-  present_.swap(present_before_);
-  present_.clear();
+  gone_.clear();
   for (const dxGeom* const geom : scene.slots)
     if (geom) visit(geom, 0);
   dropUnseen();
-  std::sort(present_.begin(), present_.end());
-  std::vector<std::uint32_t> gone;
-  std::set_difference(present_before_.begin(), present_before_.end(), present_.begin(),
-                      present_.end(), std::back_inserter(gone));
-  for (const std::uint32_t number : gone) put(lists_[removed], number);
+  std::sort(gone_.begin(), gone_.end());
+  for (const std::uint32_t number : gone_) put(lists_[removed], number);
   constexpr std::size_t bounds_entry = 8 + sizeof GeomRecord::bounds;
-  constexpr std::size_t entry[lists] = {sizeof gone[0], sizeof(BodyRecord), sizeof(GeomRecord),
+  constexpr std::size_t entry[lists] = {sizeof gone_[0], sizeof(BodyRecord), sizeof(GeomRecord),
                                         bounds_entry + sizeof GeomRecord::pose, bounds_entry};
   for (int list = 0; list < lists; ++list)
     put(bytes, static_cast<std::uint32_t>(lists_[list].size() / entry[list]));
@@ -160,14 +156,17 @@ void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {
 
 void TraceChanges::visit(const dxGeom* geom, std::uint32_t parent) {
   Seen<GeomRecord>& known = geoms_[geom];
+  // Its number is another one's, or from when it was in a sub-space.
+  if (known.has_left || (parent == 0 && known.record.traits.parent != 0)) {
+    gone_.push_back(known.record.traits.number);
+    known = {};
+  }
   known.frame = frame_;
-  if (parent == 0 && known.record.traits.parent != 0) known = {{}, frame_};  // it came to the space
   GeomRecord now = recordOf(geom);
   const std::uint32_t last_number = known.record.traits.number;
   now.traits.number = last_number ? last_number : ++last_geom_;
   now.traits.parent = parent;
   now.traits.body = visit(geom->body);
-  present_.push_back(now.traits.number);
   compare(now, known.record);
   if (!IS_SPACE(geom)) return;
   for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next)
@@ -199,15 +198,20 @@ void TraceChanges::compare(const GeomRecord& now, GeomRecord& last) {
 
 // What is not there any more: another one may come to its address.
 void TraceChanges::dropUnseen() {
-  const auto drop = [this](auto& map) {
-    for (auto entry = map.begin(); entry != map.end();)
-      entry = entry->second.frame == frame_ ? std::next(entry) : map.erase(entry);
+  const auto drop = [this](auto& map, auto note) {
+    for (auto entry = map.begin(); entry != map.end();) {
+      const bool stays = entry->second.frame == frame_;
+      if (!stays) note(entry->second.record);
+      entry = stays ? std::next(entry) : map.erase(entry);
+    }
   };
-  drop(geoms_);
-  drop(bodies_);
+  drop(geoms_, [this](const GeomRecord& geom) { gone_.push_back(geom.traits.number); });
+  drop(bodies_, [](const BodyRecord&) {});
 }
 
-bool TraceFile::open(const std::string& path) {
+bool Trace::open(const std::string& path) {
+  later_.clear();
+  process_ = processNumber();
   path_ = path;
   whole_ = 0;
   errno = ENOTSUP;
@@ -219,25 +223,29 @@ bool TraceFile::open(const std::string& path) {
     return false;
   }
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
-  head_.clear();
-  head_.append(trace_format::magic, trace_format::tag_bytes);
+  head_.assign(trace_format::magic, trace_format::tag_bytes);
   if (!add(head_)) return false;
   whole_ = head_.size();
-  return true;
+  bytes_.clear();
+  const std::string ode = dGetConfiguration();
+  put(bytes_, trace_format::version, trace_format::byte_order, std::uint32_t{sizeof(dReal)}, every_,
+      static_cast<std::uint32_t>(ode.size()));
+  bytes_ += ode;
+  write(trace_format::header_tag);
+  return file_ != nullptr;
 }
 
-void TraceFile::write(const char (&tag)[9], TraceBytes& contents) {
+void Trace::write(const char (&tag)[9]) {
   if (!file_) return;
-  pad(contents);
-  head_.clear();
-  head_.append(tag, trace_format::tag_bytes);
-  put(head_, std::uint64_t{contents.size()});
-  put(head_, checksumOf(head_, contents));
-  if (add(head_) && add(contents)) whole_ += head_.size() + contents.size();
+  pad(bytes_);
+  head_.assign(tag, trace_format::tag_bytes);
+  put(head_, std::uint64_t{bytes_.size()});
+  put(head_, checksumOf(head_, bytes_));
+  if (add(head_) && add(bytes_)) whole_ += head_.size() + bytes_.size();
 }
 
 // Nothing is buffered, so that the chunks of a program that crashes are in the file.
-bool TraceFile::add(const TraceBytes& bytes) {
+bool Trace::add(const TraceBytes& bytes) {
   errno = 0;
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size()) return true;
   giveUp(std::strerror(errno));
@@ -245,24 +253,11 @@ bool TraceFile::add(const TraceBytes& bytes) {
 }
 
 // Cuts the file itself, since another one may have its name by now. A pipe cannot be cut.
-void TraceFile::giveUp(const char* why) {
+void Trace::giveUp(const char* why) {
   if (!file_) return;
   dMessage(0, "parallel SAP space: the trace %s ends here: %s", path_.c_str(), why);
   (void)!ftruncate(fileno(file_.get()), static_cast<off_t>(whole_));
   file_.reset();
-}
-
-bool Trace::open(const std::string& path) {
-  later_.clear();
-  process_ = processNumber();
-  if (!file_.open(path)) return false;
-  bytes_.clear();
-  const std::string ode = dGetConfiguration();
-  put(bytes_, trace_format::version, trace_format::byte_order, std::uint32_t{sizeof(dReal)}, every_,
-      static_cast<std::uint32_t>(ode.size()));
-  bytes_ += ode;
-  file_.write(trace_format::header_tag, bytes_);
-  return file_.isOpen();
 }
 
 bool Trace::openNamed() {
@@ -291,11 +286,11 @@ void Trace::seeScene(const Scene& scene, const PackRules& rules) try {
   bytes_.clear();
   put(bytes_, frames_, wordOf(rules), std::uint32_t{0}, static_cast<double>(rules.tolerance));
   changes_.write(scene, bytes_);
-  file_.write(trace_format::frame_tag, bytes_);
+  write(trace_format::frame_tag);
   wants_pairs_ = rules.tolerance == 0;  // else they depend on the frames before
 } catch (const std::bad_alloc&) {
   later_.clear();
-  file_.giveUp("out of memory");
+  giveUp("out of memory");
 }
 
 bool Trace::isDue() {
@@ -312,9 +307,9 @@ void Trace::endPairs() try {
   if (process_ != processNumber()) return;
   bytes_.clear();
   put(bytes_, frames_, pairs_, sum_);
-  file_.write(trace_format::pairs_tag, bytes_);
+  write(trace_format::pairs_tag);
 } catch (const std::bad_alloc&) {
-  file_.giveUp("out of memory");
+  giveUp("out of memory");
 }
 
 // path[:every]. A colon that no number follows is part of the path.

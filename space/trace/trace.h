@@ -52,7 +52,9 @@ static_assert(sizeof(BodyRecord) == 8 + 12 * sizeof(dReal), "no gaps");
 class TraceChanges {
  public:
   // A geom leaves the space. Takes no memory.
-  void forget(const dxGeom* geom) { geoms_.erase(geom); }
+  void forget(const dxGeom* geom) {
+    if (const auto found = geoms_.find(geom); found != geoms_.end()) found->second.has_left = true;
+  }
   // Compares all geoms, which are up to date, with what was written, and writes what is else.
   void write(const Scene& scene, TraceBytes& bytes);
   // Of a geom that was written; 0 of any other.
@@ -65,7 +67,8 @@ class TraceChanges {
   template <class Record>
   struct Seen {
     Record record;
-    std::uint64_t frame;  // in which it was there
+    std::uint64_t frame;    // in which it was there
+    bool has_left = false;  // another one may come to its address
   };
   void visit(const dxGeom* geom, std::uint32_t parent);
   std::uint32_t visit(dBodyID body);
@@ -74,7 +77,7 @@ class TraceChanges {
 
   std::unordered_map<const dxGeom*, Seen<GeomRecord>> geoms_;
   std::unordered_map<dBodyID, Seen<BodyRecord>> bodies_;
-  std::vector<std::uint32_t> present_, present_before_;
+  std::vector<std::uint32_t> gone_;  // numbers, since the last frame
   std::uint32_t last_geom_ = 0, last_body_ = 0;
   std::uint64_t frame_ = 0;
   // Of the frame that is written, as in the file.
@@ -82,30 +85,7 @@ class TraceChanges {
   TraceBytes lists_[lists];
 };
 
-// A file of chunks, each written whole or not at all.
-class TraceFile {
- public:
-  // Makes the file, over one that is there. False with a message where that cannot be.
-  bool open(const std::string& path);
-  bool isOpen() const { return file_ != nullptr; }
-  // A chunk. Where it cannot be written, dMessage says so, and the file ends before it and is
-  // closed.
-  void write(const char (&tag)[9], TraceBytes& contents);
-  // Ends the trace, with this reason.
-  void giveUp(const char* why);
-
- private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  bool add(const TraceBytes& bytes);
-
-  std::unique_ptr<std::FILE, Close> file_;
-  std::string path_;
-  std::uintmax_t whole_ = 0;  // bytes, of chunks that were written
-  TraceBytes head_;
-};
-
+// The file is made of chunks, each written whole or not at all.
 class Trace final : public SpaceObserver {
  public:
   // What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
@@ -114,10 +94,10 @@ class Trace final : public SpaceObserver {
   // the process is `later`.2 and so on; %p in it stands for the process's number.
   explicit Trace(int every, std::string later = "") : every_(every), later_(std::move(later)) {}
 
-  // Makes the file now. False with a message where that cannot be.
+  // Makes the file now, over one that is there. False with a message where that cannot be.
   bool open(const std::string& path);
   // Every how many-th frame is written; 0 once the file is closed.
-  int every() const { return file_.isOpen() || !later_.empty() ? every_ : 0; }
+  int every() const { return file_ || !later_.empty() ? every_ : 0; }
 
   void forget(const dxGeom* geom) override { changes_.forget(geom); }
 
@@ -131,15 +111,26 @@ class Trace final : public SpaceObserver {
   void endPairs() override;
 
  private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
   // False in the child of a fork, which would write over the files of its parent, unless the name
   // has the process's number in it.
   bool openNamed();
+  // bytes_ as a chunk. Where it cannot be written, dMessage says so, and the file ends before it
+  // and is closed.
+  void write(const char (&tag)[9]);
+  bool add(const TraceBytes& bytes);
+  // Ends the trace, with this reason.
+  void giveUp(const char* why);
 
   const int every_;
-  std::string later_;
-  TraceFile file_;
+  std::string later_, path_;
+  std::unique_ptr<std::FILE, Close> file_;
+  std::uintmax_t whole_ = 0;  // bytes, of chunks that were written
   TraceChanges changes_;
-  TraceBytes bytes_;
+  TraceBytes head_, bytes_;
   std::uint64_t frames_ = 0;  // of the space since the trace began
   bool wants_pairs_ = false;  // of the frame that was written
   std::uint64_t pairs_ = 0, sum_ = 0;
