@@ -7,7 +7,6 @@
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
-#include "space/contacts/reducers.h"
 #include "space/geoms/geom_tests.h"
 #include "space/geoms/ode_private.h"
 

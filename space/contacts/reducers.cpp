@@ -1,4 +1,4 @@
-#include "space/contacts/reducers.h"
+#include "space/contacts/narrow_phase.h"
 
 #include <algorithm>
 #include <cmath>

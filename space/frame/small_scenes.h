@@ -8,7 +8,6 @@
 #include "space/base/buffer.h"
 #include "space/base/tuning.h"
 #include "space/cache/pair_events.h"
-#include "space/frame/complaints.h"
 #include "space/frame/statistics.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/pair_rule.h"

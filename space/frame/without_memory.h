@@ -1,7 +1,6 @@
 // The last resort where memory ends: pairs of some geoms at a time. Sees ODE's private headers.
 #pragma once
 
-#include "space/base/pair_list.h"
 #include "space/frame/statistics.h"
 #include "space/geoms/pair_rule.h"
 #include "space/geoms/scene.h"

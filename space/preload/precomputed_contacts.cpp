@@ -8,7 +8,7 @@
 #include "space/base/platform.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
-#include "space/frame/geoms_ahead.h"
+#include "space/frame/reports.h"
 
 namespace ode_parallel_sap {
 

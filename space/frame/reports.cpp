@@ -1,6 +1,5 @@
-#include "space/frame/pair_blocks.h"
+#include "space/frame/reports.h"
 
-#include <algorithm>
 #include <atomic>
 
 #include "space/base/parallel.h"
