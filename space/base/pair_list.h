@@ -20,6 +20,10 @@ using Pair = std::uint64_t;
 
 constexpr Pair borderline_bit = Pair{1} << 63;
 
+// The place that a pair had when its geoms were last seen to touch, while they do.
+using Touch = std::uint32_t;
+constexpr Touch no_touch = ~Touch{0};
+
 constexpr Pair makePair(Slot earlier, Slot later) {
   return Pair{earlier} << 32 | later;
 }

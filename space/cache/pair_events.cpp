@@ -45,7 +45,12 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
       pairs, chunkOf(pairs.size(), chunk_pairs, team), previous_.pairs.begin(),
       previous_.pairs.end(), [this](Pair pair) { return inPreviousSlots(pair); }, spans_);
   changes_.resize(spans_.size());
-  next_.resize(pairs.size());
+  next_.pairs.resizeDiscarding(pairs.size());
+  next_.numbers.resizeDiscarding(pairs.size());
+  if (keeps_touches_) {
+    next_.touches.resizeDiscarding(pairs.size());
+    previous_.touches.growTo(previous_.pairs.size(), no_touch);
+  }
   const PairRule rule(rules);
   {
     const ScopedMode mode(exactMode());
@@ -71,6 +76,7 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
 
 bool PairEvents::updateSame() {
   if (!has_events_ || slots_changed_) return false;
+  if (keeps_touches_ && previous_.touches.size() != previous_.pairs.size()) return false;
   freeNumbers();
   return true;
 }
@@ -83,13 +89,25 @@ void PairEvents::updateUnknown() {
 // The events of the last frame are over, and the numbers of its ended pairs free. writeEvents() has
 // made room.
 void PairEvents::freeNumbers() {
+  const auto isBefore = [](const Event& a, const Event& b) { return a.number < b.number; };
+  std::sort(ended_touches_.begin(), ended_touches_.end(), isBefore);
   for (const Event& event : ended_)
-    if (free_.hasTouch(event.number))
-      outlived_.push_back(event);
-    else
+    if (!std::binary_search(ended_touches_.begin(), ended_touches_.end(), event, isBefore))
       free_.give(event.number);
+  for (const Event& touch : ended_touches_) outlived_.push_back(touch);
   begun_.resizeDiscarding(0);
   ended_.resizeDiscarding(0);
+  ended_touches_.resizeDiscarding(0);
+}
+
+void PairEvents::forgetTouches() {
+  keeps_touches_ = false;
+  for (Unreported& pair : resting_) pair.touch = no_touch;
+  for (const Event& touch : outlived_) free_.give(touch.number);
+  outlived_.release();
+  ended_touches_.release();
+  previous_.touches.release();
+  next_.touches.release();
 }
 
 Slot PairEvents::previousSlot(Slot slot) const {
@@ -154,6 +172,8 @@ std::size_t PairEvents::copyLasting(std::size_t place, std::size_t end, std::siz
   }
   for (; lasting < most && next[lasting] == reported[lasting]; ++lasting)
     to[lasting] = from[lasting];
+  if (keeps_touches_)
+    std::copy_n(previous_.touches.data() + previous, lasting, next_.touches.data() + place);
   return lasting;
 }
 
@@ -185,17 +205,18 @@ void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const
     const Pair reported = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
     const Pair rested = resting < resting_end ? resting->pair : ~Pair{0};
     if (rested < next && rested < reported) {
-      changes.unreported.push_back({rested, resting->place, resting->number, stateOf(rested)});
+      changes.unreported.push_back(*resting);
+      changes.unreported[changes.unreported.size() - 1].state = stateOf(rested);
       ++resting;
     } else if (reported < next) {
       changes.unreported.push_back(
-          {reported, previous, previous_.numbers[previous], stateOf(reported)});
+          {reported, previous, previous_.numbers[previous], touchOf(previous), stateOf(reported)});
       ++previous;
     } else if (next == reported) {
-      next_.numbers[place] = previous_.numbers[previous];
+      setNext(place, previous_.numbers[previous], touchOf(previous));
       ++place, ++previous;
     } else if (next == rested) {
-      next_.numbers[place] = resting->number;
+      setNext(place, resting->number, resting->touch);
       ++place, ++resting;
     } else {
       changes.begun.push_back(place++);
@@ -225,15 +246,16 @@ int PairEvents::touchingBit(const Buffer<dxGeom*>& geoms) {
 
 // Allocates all memory before it takes the first number.
 void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
-  std::size_t count_begun = 0, count_ended = 0, count_resting = 0, count_outlived = 0;
+  std::size_t count_begun = 0, count_ended = 0, count_resting = 0, count_touches = 0;
   for (const Changes& changes : changes_) {
     count_begun += changes.begun.size();
     for (const Unreported& pair : changes.unreported) {
       ++(pair.state == State::ends ? count_ended : count_resting);
-      count_outlived += pair.state == State::ends && free_.hasTouch(pair.number);
+      count_touches += pair.state == State::ends && pair.touch != no_touch;
     }
   }
-  outlived_.reserve(outlived_.size() + count_outlived);
+  outlived_.reserve(outlived_.size() + count_touches);
+  ended_touches_.reserve(count_touches);
   begun_.reserve(count_begun);
   ended_.reserve(count_ended);
   next_resting_.resizeDiscarding(count_resting);
@@ -246,7 +268,7 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
   for (const Changes& changes : changes_) {
     for (const std::size_t place : changes.begun) {
       const Pair pair = next_.pairs[place];
-      next_.numbers[place] = free_.take();
+      setNext(place, free_.take(), no_touch);
       *begun++ = {geoms[earlierOf(pair)], geoms[laterOf(pair)], place, next_.numbers[place]};
     }
     for (const Unreported& pair : changes.unreported) {
@@ -255,12 +277,13 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
                                                                        laterOf(pair.pair), geoms);
       if (pair.state == State::ends) {
         *ended++ = {a, b, pair.place, pair.number};
-        if (free_.hasTouch(pair.number))
-          for (dxGeom* const geom : {a, b})
-            if (geom) geom->gflags |= touching;
+        if (pair.touch == no_touch) continue;
+        ended_touches_.push_back({a, b, pair.touch, pair.number});
+        for (dxGeom* const geom : {a, b})
+          if (geom) geom->gflags |= touching;
       } else {
         *resting++ = {slots_changed_ ? makePair(Slots::slotOf(a), Slots::slotOf(b)) : pair.pair,
-                      pair.place, pair.number, pair.state};
+                      pair.place, pair.number, pair.touch, pair.state};
       }
     }
   }
@@ -290,6 +313,7 @@ void PairEvents::release() {
   try {
     previous_.pairs.shrink();
     previous_.numbers.shrink();
+    previous_.touches.shrink();
     resting_.shrink();
   } catch (const std::bad_alloc&) {  // they stay as they are
   }

@@ -40,24 +40,14 @@ class PairNumbers {
     given_back_.insert(number);
     lowest_ = std::min(lowest_, number);
   }
-  static constexpr Number no_touch = most;
-  // Room for touches of all pairs. Throws std::bad_alloc.
-  void reserveTouches() { touches_.growTo(unused_, no_touch); }
-  // By number: the place of the pair when it last was seen to touch.
-  Buffer<Number>& touches() { return touches_; }
-  bool hasTouch(Number number) const {
-    return number < touches_.size() && touches_[number] != no_touch;
-  }
-  void forgetTouches() { touches_.release(); }
   // Used numbers differ and are not free, and none below the lowest is free.
   void validate(std::vector<Number> used) const;
-  std::size_t bytes() const { return bytesOf(given_back_, touches_); }
+  std::size_t bytes() const { return bytesOf(given_back_); }
 
  private:
   SlotSet given_back_;  // the free ones below unused_
-  Buffer<Number> touches_;
-  Number lowest_ = 0;  // none below is free
-  Number unused_ = 0;  // from here on none was ever taken
+  Number lowest_ = 0;   // none below is free
+  Number unused_ = 0;   // from here on none was ever taken
 };
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
@@ -96,16 +86,16 @@ class PairEvents {
   bool hasEvents() const { return has_events_; }
   // The pairs of the last frame, by slots of then.
   const Buffer<Pair>& list() const { return previous_.pairs; }
-  // For touches.
   PairNumbers& pool() { return free_; }
-  // Pairs that ended in earlier frames while their touches lasted. Their numbers are not given
-  // back.
+  // From the next frame on, pairs keep their touches.
+  void keepTouches() { keeps_touches_ = true; }
+  void forgetTouches();
+  // As numbers().
+  Touch* touches() { return previous_.touches.data(); }
+  // Touches whose pairs end in this frame, for who reports them and then empties the list; and
+  // those of earlier frames that nobody reported. Their numbers are not given back.
+  Buffer<Event>& endedTouches() { return ended_touches_; }
   Buffer<Event>& outlived() { return outlived_; }
-  void forgetTouches() {
-    for (const Event& event : outlived_) free_.give(event.number);
-    outlived_.release();
-    free_.forgetTouches();
-  }
   // Geoms of touches that have no pair have the bit of their space, until they leave one: at their
   // address another geom may come.
   static int touchingBit(const Buffer<dxGeom*>& geoms);
@@ -124,18 +114,15 @@ class PairEvents {
   void release();
   std::size_t bytes() const {
     return bytesOf(previous_, next_, resting_, next_resting_, previous_slots_, free_, begun_,
-                   ended_, outlived_, previous_geoms_, spans_, changes_);
+                   ended_, ended_touches_, outlived_, previous_geoms_, spans_, changes_);
   }
 
  private:
   struct NumberedPairs {
     Buffer<Pair> pairs;
     Buffer<Number> numbers;
-    void resize(std::size_t size) {
-      pairs.resizeDiscarding(size);
-      numbers.resizeDiscarding(size);
-    }
-    std::size_t bytes() const { return bytesOf(pairs, numbers); }
+    Buffer<Touch> touches;  // if they are kept
+    std::size_t bytes() const { return bytesOf(pairs, numbers, touches); }
   };
   // A pair that the next frame does not report.
   enum class State : unsigned char { ends, rests, rests_by_aabb_tests };
@@ -143,6 +130,7 @@ class PairEvents {
     Pair pair;  // by slots of the previous frame
     std::size_t place;
     Number number;
+    Touch touch;
     State state;
   };
   // Of a span: the places of pairs that begin, and those that are not reported.
@@ -165,6 +153,13 @@ class PairEvents {
   }
   static State stateOf(const dxGeom* a, const dxGeom* b, const PairRule& rule);
   const Unreported* restingFrom(std::size_t span) const;
+  Touch touchOf(std::size_t previous) const {
+    return keeps_touches_ ? previous_.touches[previous] : no_touch;
+  }
+  void setNext(std::size_t place, Number number, Touch touch) {
+    next_.numbers[place] = number;
+    if (keeps_touches_) next_.touches[place] = touch;
+  }
   std::size_t copyLasting(std::size_t place, std::size_t end, std::size_t previous,
                           std::size_t previous_end);
   void compare(std::size_t span, const Buffer<dxGeom*>& geoms, const PairRule& rule);
@@ -172,10 +167,11 @@ class PairEvents {
   void writeEvents(const Buffer<dxGeom*>& geoms);
 
   bool has_events_ = false;  // the last frame
+  bool keeps_touches_ = false;
   NumberedPairs previous_, next_;
   Buffer<Unreported> resting_, next_resting_;  // ascending
   PairNumbers free_;
-  Buffer<Event> begun_, ended_, outlived_;
+  Buffer<Event> begun_, ended_, ended_touches_, outlived_;
 
   // If slots changed since the previous pairs: by slot of now its geom's slot then, or no_slot.
   static constexpr Slot no_slot = ~Slot{0};

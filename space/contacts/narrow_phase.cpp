@@ -77,11 +77,12 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) 
 }  // namespace
 
 int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
-                     int threads, bool manual_cleanup) {
-  const Job job = {pairs, request, threads};
+                     int threads, bool manual_cleanup, const Touch* touches) {
+  const Job job = {pairs, request, threads, touches};
   if (shares_.size() < static_cast<std::size_t>(threads)) shares_.resize(threads);
   for (Share& share : shares_) {
     share.contacts.resizeDiscarding(0);
+    share.changed.resizeDiscarding(0);
     for (Buffer<Waiting>* const waiting :
          {&share.heavy, &share.own_collider, &share.calling_thread})
       waiting->resizeDiscarding(0);
@@ -100,7 +101,10 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
         prefetchPairs(pairs[i + pairs_ahead], pairs[i + 2 * pairs_ahead]);
       found_[i] = {0, 0, 0};
       const int flags = request.flagsOf(pairs[i], i);
-      if (asksForContacts(flags)) collideOrQueue(job, {i, flags}, thread);
+      if (asksForContacts(flags))
+        collideOrQueue(job, {i, flags}, thread);
+      else
+        noteTouch(job, i, false, thread);
     }
   });
 
@@ -138,6 +142,9 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
   std::sort(waiting_.begin(), waiting_.end(),
             [](const Waiting& a, const Waiting& b) { return a.pair < b.pair; });
   for (const Waiting& waiting : waiting_) collide(job, waiting, 0);
+  gather(shares_, &Share::changed, changed_);
+  if (!std::is_sorted(changed_.begin(), changed_.end()))
+    std::sort(changed_.begin(), changed_.end());
   return used;
 }
 
@@ -166,6 +173,7 @@ void NarrowPhase::collide(const Job& job, const Waiting& waiting, int thread, Th
   found.first = contacts.size();
   found.thread = static_cast<std::uint32_t>(thread);
   found.count = appendContacts(job.pairs[waiting.pair], waiting.flags, job.request, contacts, own);
+  noteTouch(job, waiting.pair, found.count != 0, thread);
 }
 
 // Contacts that other threads wrote are in their caches. The first ones are asked for: few pairs

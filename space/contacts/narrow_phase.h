@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "space/base/buffer.h"
+#include "space/base/pair_list.h"
 #include "space/base/parallel.h"
 #include "space/contacts/collider_threads.h"
 #include "space/geoms/geom_tests.h"
@@ -53,9 +54,9 @@ class NarrowPhase {
  public:
   // Collides all pairs, by up to `threads` threads, which with `manual_cleanup` leave no data in
   // ODE; returns how many worked. Throws std::bad_alloc, and whatever the flags and reduce
-  // callbacks throw.
+  // callbacks throw. `touches`: by pair, or null.
   int run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request, int threads,
-          bool manual_cleanup);
+          bool manual_cleanup, const Touch* touches = nullptr);
   // Calls the contact callback for all pairs of the last run that touch and whose geoms are still
   // there, in their order.
   void report(ContactPairs& pairs, const ContactRequest& request);
@@ -70,8 +71,10 @@ class NarrowPhase {
     return {shares_[found.thread].contacts.data() + found.first, found.count};
   }
   bool touches(std::size_t pair) const { return found_[pair].count != 0; }
+  // Ascending: the pairs that have a touch and none now, or the other way round.
+  const Buffer<std::size_t>& changed() const { return changed_; }
   std::size_t contacts() const;
-  std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
+  std::size_t bytes() const { return bytesOf(shares_, found_, waiting_, changed_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
   static void collideOneByOne(ContactPairs& pairs, const ContactRequest& request);
@@ -83,6 +86,7 @@ class NarrowPhase {
     const Buffer<dParallelSAPPair>& pairs;
     const ContactRequest& request;
     int threads;
+    const Touch* touches;
   };
   // A pair that had to wait, and its flags.
   struct Waiting {
@@ -92,7 +96,10 @@ class NarrowPhase {
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
     Buffer<Waiting> heavy, own_collider, calling_thread;
-    std::size_t bytes() const { return bytesOf(contacts, heavy, own_collider, calling_thread); }
+    Buffer<std::size_t> changed;
+    std::size_t bytes() const {
+      return bytesOf(contacts, heavy, own_collider, calling_thread, changed);
+    }
   };
   // Contacts [first, first + count) of a thread's share.
   struct Found {
@@ -102,11 +109,16 @@ class NarrowPhase {
 
   void collideOrQueue(const Job& job, const Waiting& waiting, int thread);
   void collide(const Job& job, const Waiting& waiting, int thread, ThreadCollider* own = nullptr);
+  void noteTouch(const Job& job, std::size_t pair, bool touches, int thread) {
+    if (job.touches && touches != (job.touches[pair] != no_touch))
+      shares_[thread].changed.push_back(pair);
+  }
 
   std::vector<Share> shares_;  // by thread
   Buffer<Found> found_;        // by pair
   bool told_of_nan_ = false;
   Buffer<Waiting> waiting_;
+  Buffer<std::size_t> changed_;
 };
 
 // Both put the contacts that are kept first, in the order in which they were chosen, leave the

@@ -120,8 +120,8 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   frame.begin(&dParallelSAPStats::narrow_ms);
   bool found = true;
   try {
-    const int used =
-        narrow_phase.run(pairs.list(), request, frame.plan.most_threads, call.manual_cleanup);
+    const int used = narrow_phase.run(pairs.list(), request, frame.plan.most_threads,
+                                      call.manual_cleanup, touchesOf(call, pairs));
     updateTouches(frame, pairs, narrow_phase);
     frame.begin(&dParallelSAPStats::report_ms);
     frame.stats.narrow_threads = used;
@@ -295,12 +295,19 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
     complaints_.ofUnreportedEvents();
 }
 
+// By pair of the list, or null.
+const Touch* Pipeline::touchesOf(const FrameCall& call, const ContactPairs& pairs) const {
+  return touches_ && !call.scene.nested && events_->hasEvents() && pairs.isOfScene()
+             ? events_->touches()
+             : nullptr;
+}
+
 // Of a frame whose pairs have numbers and whose contacts are all known.
 void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found) {
   if (!touches_ || frame.call.scene.nested) return;
   frame.begin(&dParallelSAPStats::events_ms);
   if (!events_->hasEvents() || !pairs.isComplete() ||
-      !touches_->update(pairs, found, *events_, frame.plan.rules, frame.plan.most_threads))
+      !touches_->update(pairs, found, *events_, frame.plan.rules))
     complaints_.ofUnreportedEvents();
 }
 
@@ -313,7 +320,10 @@ void Pipeline::turnEvents(int kinds) {
   event_kinds_ = 0;
   if (!kinds || !made(events_)) return;
   event_kinds_ = kinds & dParallelSAPEventPairs;
-  if (kinds & dParallelSAPEventTouches && made(touches_)) event_kinds_ |= dParallelSAPEventTouches;
+  if (kinds & dParallelSAPEventTouches && made(touches_)) {
+    event_kinds_ |= dParallelSAPEventTouches;
+    events_->keepTouches();
+  }
 }
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) {

@@ -188,6 +188,7 @@ class Pipeline {
   Found findAnew(Frame& frame);
   void noteUpdate(Frame& frame);
   void updateEvents(Frame& frame, const PairList& pairs, bool are_same);
+  const Touch* touchesOf(const FrameCall& call, const ContactPairs& pairs) const;
   void updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found);
   void learn(const Frame& frame, const Found* found);
   void showPairs(const Frame& frame, const PairList& pairs);

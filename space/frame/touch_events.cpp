@@ -4,14 +4,9 @@
 #include <new>
 #include <utility>
 
-#include "space/base/parallel.h"
-#include "space/base/tuning.h"
-
 namespace ode_parallel_sap {
 
 namespace {
-
-Region noting("touch events: pairs");
 
 std::size_t powerOfTwoFrom(std::size_t least) {
   std::size_t size = 1;
@@ -55,21 +50,21 @@ void TouchEvents::giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all)
 }
 
 bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-                         const PackRules& rules, int threads) try {
+                         const PackRules& rules) try {
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
   touching_ = PairEvents::touchingBit(geoms);
   takeOutlived(pairs);
-  pairs.pool().reserveTouches();
-  changed_.resizeDiscarding(pairs.pairs());
-  listTouches(contacts, found, pairs);
-  noteTouches(contacts, found, pairs, threads);
+  changed_.resizeDiscarding(0);
+  next_within_.resizeDiscarding(0);
+  if (contacts.isOfScene())
+    for (const std::size_t place : found.changed()) changed_.push_back(static_cast<Number>(place));
+  else
+    listTouches(contacts, found, pairs);
   if (outlive_) listAgain(geoms, pairs);
   match();
   findEnded(geoms, rules);
-  std::size_t ended = changed_.size() + ended_within_;
-  for (const PairEvents::Event& pair : pairs.ended()) ended += pairs.pool().hasTouch(pair.number);
   begun_.reserve(changed_.size() + begun_within_);
-  ended_.reserve(ended);
+  ended_.reserve(changed_.size() + ended_within_ + pairs.endedTouches().size());
   pairs.pool().reserve(begun_within_);
   writeOwn(geoms, pairs);
   writeWithin(pairs.pool());
@@ -84,20 +79,15 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
 void TouchEvents::takeOutlived(PairEvents& pairs) {
   Buffer<PairEvents::Event>& outlived = pairs.outlived();
   within_.reserve(within_.size() + outlived.size());
-  for (const PairEvents::Event& pair : outlived) {
-    const Number place = std::exchange(pairs.pool().touches()[pair.number], PairNumbers::no_touch);
-    within_.push_back({pair.o1, pair.o2, place, pair.number, false, true});
-    outlive_ = true;
-  }
+  for (const PairEvents::Event& touch : outlived)
+    within_.push_back({touch.o1, touch.o2, touch.place, touch.number, false, true});
+  outlive_ = outlive_ || outlived.size() != 0;
   outlived.resizeDiscarding(0);
 }
 
-// Leaves in next_within_ what touches in sub-spaces, in own_ whether own pairs touch.
+// Leaves in next_within_ what touches in sub-spaces, in changed_ own pairs.
 void TouchEvents::listTouches(const ContactPairs& contacts, const NarrowPhase& found,
-                              const PairEvents& pairs) {
-  next_within_.resizeDiscarding(0);
-  if (contacts.isOfScene()) return;
-  own_.resizeDiscarding(pairs.pairs());
+                              PairEvents& pairs) {
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
   const Buffer<dParallelSAPPair>& list = contacts.list();
   const Buffer<std::size_t>& firsts = contacts.firsts();
@@ -107,59 +97,18 @@ void TouchEvents::listTouches(const ContactPairs& contacts, const NarrowPhase& f
     const Pair pair = pairs.list()[place];
     const bool is_own = end == begin + 1 && list[begin].o1 == geoms[earlierOf(pair)] &&
                         list[begin].o2 == geoms[laterOf(pair)];
-    own_[place] = is_own && found.touches(begin);
+    if ((is_own && found.touches(begin)) != (pairs.touches()[place] != no_touch))
+      changed_.push_back(static_cast<Number>(place));
     for (std::size_t i = is_own ? end : begin; i < end; ++i)
       if (found.touches(i))
         next_within_.push_back({list[i].o1, list[i].o2, place, 0, false, false});
   }
 }
 
-// Of own pairs.
-void TouchEvents::noteTouches(const ContactPairs& contacts, const NarrowPhase& found,
-                              PairEvents& pairs, int threads) {
-  const std::size_t count = pairs.pairs();
-  const int team = teamFor(count, grains::moved_pairs, threads);
-  const std::size_t chunk = chunkOf(count, chunk_pairs, team);
-  changed_counts_.resizeDiscarding(count / chunk + 1);
-  runChunks(
-      noting, team, count, chunk,
-      [&](const Range& range, int) {
-        changed_counts_[range.begin / chunk] =
-            contacts.isOfScene()
-                ? noteRange(range, pairs, [&](std::size_t place) { return found.touches(place); })
-                : noteRange(range, pairs, [&](std::size_t place) { return own_[place]; });
-      },
-      team);
-  Number* changed = changed_.data();
-  for (std::size_t begin = 0; begin < count; begin += chunk) {
-    const Number* const own = changed_.data() + begin;
-    changed = std::copy(own, own + changed_counts_[begin / chunk], changed);
-  }
-  changed_.resize(static_cast<std::size_t>(changed - changed_.data()));
-}
-
-// Lists those that change from the begin of the range on, and notes the places of those that go on.
-// There is no branch, as it could not be predicted.
-template <class Touches>
-std::size_t TouchEvents::noteRange(const Range& range, PairEvents& pairs, Touches is_touching) {
-  const Number* const numbers = pairs.numbers();
-  Number* const touches = pairs.pool().touches().data();
-  Number* const begin = changed_.data() + range.begin;
-  Number* changed = begin;
-  for (std::size_t place = range.begin; place < range.end; ++place) {
-    Number& touch = touches[numbers[place]];
-    const bool is = is_touching(place), was = touch != PairNumbers::no_touch;
-    *changed = static_cast<Number>(place);
-    changed += is != was;
-    touch ^= (touch ^ static_cast<Number>(place)) & -static_cast<Number>(is & was);
-  }
-  return static_cast<std::size_t>(changed - begin);
-}
-
 // Adds pairs that touch and did not: their touches may have outlived the pairs that they were.
 void TouchEvents::listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
   for (const Number place : changed_) {
-    if (pairs.pool().hasTouch(pairs.numbers()[place])) continue;
+    if (pairs.touches()[place] != no_touch) continue;
     const Pair pair = pairs.list()[place];
     next_within_.push_back(
         {geoms[earlierOf(pair)], geoms[laterOf(pair)], place, pairs.numbers()[place], false, true});
@@ -268,11 +217,7 @@ std::uintptr_t& TouchEvents::leftOf(const dxGeom* geom) {
 
 // There is room for all events and numbers.
 void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
-  Buffer<Number>& touches = pairs.pool().touches();
-  const auto end = [&](const PairEvents::Event& pair) {
-    const Number place = std::exchange(touches[pair.number], PairNumbers::no_touch);
-    ended_.push_back({pair.o1, pair.o2, place, pair.number});
-  };
+  Touch* const touches = pairs.touches();
   const Number* again = again_.begin();
   for (const Number place : changed_) {
     if (again < again_.end() && *again == place) {
@@ -282,15 +227,18 @@ void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
     const Number number = pairs.numbers()[place];
     const Pair pair = pairs.list()[place];
     dxGeom *const o1 = geoms[earlierOf(pair)], *const o2 = geoms[laterOf(pair)];
-    if (touches[number] != PairNumbers::no_touch) {
-      end({o1, o2, 0, number});
+    if (touches[place] != no_touch) {
+      ended_.push_back({o1, o2, touches[place], number});
+      touches[place] = no_touch;
     } else {
       begun_.push_back({o1, o2, place, number});
-      touches[number] = place;
+      touches[place] = place;
     }
   }
-  for (const PairEvents::Event& pair : pairs.ended())
-    if (touches[pair.number] != PairNumbers::no_touch) end(pair);
+  for (std::size_t place = 0; place < pairs.pairs(); ++place)
+    touches[place] = touches[place] == no_touch ? no_touch : static_cast<Touch>(place);
+  for (const PairEvents::Event& touch : pairs.endedTouches()) ended_.push_back(touch);
+  pairs.endedTouches().resizeDiscarding(0);
 }
 
 void TouchEvents::writeWithin(PairNumbers& pool) {
@@ -312,10 +260,8 @@ void TouchEvents::writeWithin(PairNumbers& pool) {
 void TouchEvents::release() {
   begun_.release();
   ended_.release();
-  own_.release();
   again_.release();
   changed_.release();
-  changed_counts_.release();
   table_.release();
   left_.release();
 }

@@ -9,7 +9,6 @@
 
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
-#include "space/base/parallel.h"
 #include "space/cache/pair_events.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/narrow_phase.h"
@@ -18,10 +17,11 @@
 
 namespace ode_parallel_sap {
 
-// A touch of two geoms of the space itself belongs to their pair: PairNumbers knows it by the
-// pair's number. Other touches are told apart by their geoms, in a list in the order of the
-// last frame: those of geoms in sub-spaces, which have numbers of the same pool of their own and
-// the place of the pair of spaces, and those that outlived their pair, as another collide ended it.
+// A touch of two geoms of the space itself belongs to their pair, with which PairEvents keeps it.
+// The narrow phase lists the pairs whose touch changes. Other touches are told apart by their
+// geoms, in a list in the order of the last frame: those of geoms in sub-spaces, which have numbers
+// of the same pool of their own and the place of the pair of spaces, and those that outlived their
+// pair, as another collide ended it.
 class TouchEvents {
  public:
   // A frame begins, one with `contacts` or another one. The numbers of what ended are free.
@@ -29,7 +29,7 @@ class TouchEvents {
   // Compares what the narrow phase found with the touches of the last such frame. `pairs`: those of
   // this frame. False without memory: the touches stay for the next frame.
   bool update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-              const PackRules& rules, int threads);
+              const PackRules& rules);
   // No more frames come.
   void end(PairEvents& pairs);
 
@@ -40,8 +40,7 @@ class TouchEvents {
 
   void release();
   std::size_t bytes() const {
-    return bytesOf(begun_, ended_, changed_, changed_counts_, own_, again_, within_, next_within_,
-                   table_, left_);
+    return bytesOf(begun_, ended_, changed_, again_, within_, next_within_, table_, left_);
   }
 
  private:
@@ -60,11 +59,7 @@ class TouchEvents {
   };
 
   void takeOutlived(PairEvents& pairs);
-  void listTouches(const ContactPairs& contacts, const NarrowPhase& found, const PairEvents& pairs);
-  void noteTouches(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-                   int threads);
-  template <class Touches>
-  std::size_t noteRange(const Range& range, PairEvents& pairs, Touches is_touching);
+  void listTouches(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs);
   void listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
   void match();
   std::uint32_t& entryOf(const dxGeom* o1, const dxGeom* o2);
@@ -78,10 +73,8 @@ class TouchEvents {
 
   Buffer<PairEvents::Event> begun_, ended_;
   // Places of the space's own pairs: those that change, among them those whose touches outlived
-  // their pairs. By place: which touch, in a frame with sub-spaces.
+  // their pairs.
   Buffer<Number> changed_, again_;
-  Buffer<bool> own_;
-  Buffer<std::size_t> changed_counts_;   // by chunk
   Buffer<Within> within_, next_within_;  // between two updates, next_within_ holds the last ones
   bool outlive_ = false;                 // any of within_
   Buffer<std::uint32_t> table_;          // of touches within, by their geoms
