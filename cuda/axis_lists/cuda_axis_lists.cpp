@@ -1,13 +1,11 @@
 #include "cuda/axis_lists/cuda_axis_lists.h"
 
 #include <algorithm>
-#include <vector>
 
 #include "cuda/axis_lists/axis_kernels.h"
 #include "cuda/axis_lists/axis_parts.h"
 #include "cuda/device/device.h"
 #include "space/base/floating_point.h"
-#include "space/base/pair_list.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 

@@ -7,7 +7,6 @@
 #include <map>
 #include <mutex>
 
-#include "cuda/device/device.h"
 #include "space/base/buffer.h"
 
 namespace ode_parallel_sap {

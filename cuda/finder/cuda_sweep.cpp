@@ -1,7 +1,6 @@
 #include "cuda/finder/cuda_sweep.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "cuda/one/device_sweep.h"
 #include "cuda/several/device_group.h"

@@ -1,5 +1,5 @@
-#include "cuda/one/clusters.h"
-//
+#include "cuda/one/classify.h"
+
 #include "cuda/one/cell_cut.h"
 #include "cuda/one/curve.h"
 #include "cuda/one/primitives.cuh"

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "cuda/one/classify.h"
-#include "cuda/one/clusters.h"
 
 namespace ode_parallel_sap {
 

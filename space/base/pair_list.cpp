@@ -1,7 +1,5 @@
 #include "space/base/pair_list.h"
 
-#include <algorithm>
-
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 

@@ -3,8 +3,6 @@
 #include <omp.h>
 #include <pthread.h>
 
-#include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <chrono>
 #include <condition_variable>
@@ -16,7 +14,6 @@
 #include <mutex>
 #include <new>
 #include <thread>
-#include <utility>
 
 #include "space/base/floating_point.h"
 #include "space/base/platform.h"

@@ -1,12 +1,8 @@
 #include "space/cache/changed_pairs.h"
 
-#include <algorithm>
 #include <atomic>
 #include <cstring>
 #include <utility>
-
-#include "space/base/parallel.h"
-#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

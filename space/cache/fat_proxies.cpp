@@ -7,7 +7,6 @@
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
-#include "space/base/tuning.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {

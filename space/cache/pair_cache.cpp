@@ -1,7 +1,6 @@
 #include "space/cache/pair_cache.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"

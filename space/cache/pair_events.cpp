@@ -1,8 +1,6 @@
 #include "space/cache/pair_events.h"
 
-#include <algorithm>
 #include <cstring>
-#include <new>
 #include <numeric>
 #include <utility>
 

@@ -4,7 +4,6 @@
 #include <iterator>
 
 #include "space/base/floating_point.h"
-#include "space/base/pair_list.h"
 #include "space/cache/fat_proxies.h"
 #include "space/cache/pair_cache.h"
 #include "space/cache/pair_events.h"

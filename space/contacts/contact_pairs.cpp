@@ -6,7 +6,6 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/geoms/ode_private.h"
-#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

@@ -5,9 +5,7 @@
 
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
-#include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
-#include "space/geoms/geom_tests.h"
 #include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include <ode/ode.h>
-#include <ode_parallel_sap/parallel_sap_space.h>
 
 #if ODE_PARALLEL_SAP_HAS_CUDA
 #include <algorithm>

@@ -4,7 +4,6 @@
 #include <new>
 
 #include "space/base/validate.h"
-#include "space/frame/reports.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/pair_filter.h"
 

@@ -1,9 +1,6 @@
 #include "space/frame/policy.h"
 
-#include <algorithm>
-
 #include "space/base/mechanisms.h"
-#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -3,7 +3,6 @@
 #include <atomic>
 
 #include "space/base/parallel.h"
-#include "space/base/tuning.h"
 #include "space/contacts/contact_pairs.h"
 
 namespace ode_parallel_sap {

@@ -11,9 +11,6 @@
 #include <utility>
 
 #include "space/base/mechanisms.h"
-#include "space/base/tuning.h"
-#include "space/geoms/pair_rule.h"
-#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

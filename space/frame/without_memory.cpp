@@ -8,7 +8,6 @@
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/geoms/geom_tests.h"
-#include "space/geoms/pair_rule.h"
 #include "space/pairs/cell_order.h"
 #include "space/pairs/cell_trees.h"
 #include "space/simd/kernels.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "space/base/floating_point.h"
-#include "space/base/parallel.h"
 #include "space/base/platform.h"
 #include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"

@@ -4,13 +4,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <initializer_list>
 #include <limits>
 #include <locale>
 #include <mutex>
 #include <set>
 #include <sstream>
-#include <string>
 #include <string_view>
 
 #include "space/base/pair_list.h"

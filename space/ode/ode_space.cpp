@@ -4,7 +4,6 @@
 #include <pthread.h>
 #endif
 
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -14,7 +13,6 @@
 #include <string>
 #include <typeinfo>
 #include <unordered_set>
-#include <utility>
 
 #include "space/base/platform.h"
 #include "space/base/tuning.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "space/geoms/ode_private.h"
 #include "space/ode/silent_geoms.h"

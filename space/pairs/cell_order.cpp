@@ -1,7 +1,5 @@
 #include "space/pairs/cell_order.h"
 
-#include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "space/base/both_sides.h"

@@ -6,7 +6,6 @@
 #include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
-#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

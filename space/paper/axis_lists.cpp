@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "space/base/floating_point.h"
-#include "space/base/pair_list.h"
 #include "space/base/parallel.h"
 #include "space/base/platform.h"
 #include "space/base/tuning.h"

@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "space/base/floating_point.h"
-#include "space/base/pair_list.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/simd/kernels.h"

@@ -1,7 +1,5 @@
 #include "space/queries/geom_tree.h"
 
-#include <algorithm>
-#include <atomic>
 #include <limits>
 #include <type_traits>
 
@@ -9,10 +7,8 @@
 #include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
 #include "space/base/round_to_floats.h"
-#include "space/base/tuning.h"
 #include "space/base/validate.h"
 #include "space/geoms/geom_tests.h"
-#include "space/geoms/pair_rule.h"
 #include "space/queries/ray_bounds.h"
 
 namespace ode_parallel_sap {

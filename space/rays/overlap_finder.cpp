@@ -4,7 +4,6 @@
 #include "space/contacts/collider_threads.h"
 #include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
-#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

@@ -10,8 +10,6 @@
 #include <iterator>
 #include <limits>
 #include <new>
-#include <string>
-#include <utility>
 
 #include "space/base/platform.h"
 #include "space/ode/environment.h"
