@@ -358,7 +358,8 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   sweep_it(ball, -1, 1);
   sweep_it(ball, std::numeric_limits<dReal>::quiet_NaN(), 1);
   sweep_it(ball, 1, 0);
-  for (const auto& [count, most] : {std::pair(1, 1), {-1, 4}, {1, -1}}) {
+  for (const std::pair<int, int>& wrong : {std::pair(1, 1), {-1, 4}, {1, -1}}) {
+    const int count = wrong.first, most = wrong.second;
     dContactGeom* const contacts = most == 1 ? nullptr : &contact;
     namesIt("dParallelSAPKeepDeepest", [&] { dParallelSAPKeepDeepest(contacts, count, most); });
     namesIt("dParallelSAPKeepSpread", [&] { dParallelSAPKeepSpread(contacts, count, most); });
