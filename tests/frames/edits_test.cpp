@@ -1,14 +1,9 @@
 // Whatever a program does to a space and its geoms, it sees what it would see with ODE's spaces.
-#include <ode/ode.h>
-
-#include <cstddef>
-#include <cstdlib>
-#include <utility>
-
 #include "fuzz/driver.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
+#include "support/same_addresses.h"
 
 using namespace sap_test;
 
@@ -22,32 +17,6 @@ void editAndCheck(const Configuration& configuration, std::uint64_t seed, std::s
   INFO(configuration.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
   REQUIRE(driver.problem() == "");
 }
-
-// Memory that ODE gives back is what it gets next, if the size is the same.
-class SameAddresses {
- public:
-  SameAddresses() {
-    dSetAllocHandler([](std::size_t bytes) {
-      return free_ && bytes == bytes_ ? std::exchange(free_, nullptr) : std::malloc(bytes);
-    });
-    dSetFreeHandler([](void* memory, std::size_t bytes) {
-      std::free(std::exchange(free_, memory));
-      bytes_ = bytes;
-    });
-  }
-  ~SameAddresses() {
-    dSetAllocHandler(nullptr);
-    dSetFreeHandler(nullptr);
-    std::free(std::exchange(free_, nullptr));
-  }
-
- private:
-  static thread_local void* free_;
-  static thread_local std::size_t bytes_;
-};
-
-thread_local void* SameAddresses::free_ = nullptr;
-thread_local std::size_t SameAddresses::bytes_ = 0;
 
 }  // namespace
 
