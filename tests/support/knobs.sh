@@ -15,7 +15,7 @@ says() { grep -q "$1" "$folder/said" || fail "does not say $1"; }
 
 run 77 ONLY="no such" "[api]"
 says '^SKIPPED: all of it$'
-run 0 ONLY="cpu, sweep" -s "Closed intervals*"
+run 0 ONLY="cpu, sweep" -s "Bounds and planes of every kind*"
 says 'cpu, sweep'
 ! grep -q 'brute force\|axis lists' "$folder/said" || fail "not only the sweep"
 
