@@ -23,16 +23,12 @@ using namespace sap_test;
 namespace {
 
 // Spaces of the driver take as many threads as the environment says.
-void playRandomCalls(int threads) {
-  const Variable number("ODE_PARALLEL_SAP_THREADS", std::to_string(threads).c_str());
-  const std::uint64_t seed = seedOr(1);
-  for (std::uint64_t world = seed; world < seed + 10; ++world) {
-    Decisions decisions(world);
-    Driver driver(decisions, 400);
-    for (int i = 0; i < 60 && driver.problem().empty(); ++i) driver.step();
-    INFO("ODE_PARALLEL_SAP_TEST_SEED=" << world);
-    REQUIRE(driver.problem() == "");
-  }
+void playRandomCalls(std::uint64_t world) {
+  Decisions decisions(world);
+  Driver driver(decisions, 400);
+  for (int i = 0; i < 60 && driver.problem().empty(); ++i) driver.step();
+  INFO("ODE_PARALLEL_SAP_TEST_SEED=" << world);
+  REQUIRE(driver.problem() == "");
 }
 
 // In the callback all threads may read the numbers of pairs.
@@ -115,14 +111,20 @@ void findContactsBeforeDCollide(int threads) {
 TEST_CASE("With a grain of 1 two threads and more have work in every region, and find the same") {
   const ScopedGrain grain(1);
   for (const int threads : {2, 3, 7, 16}) {
+    const Variable number("ODE_PARALLEL_SAP_THREADS", std::to_string(threads).c_str());
     const auto before = timesShared();
-    for (const auto work :
-         {playRandomCalls, handOutPairs, findContacts, findContactsBeforeDCollide})
-      work(threads);
-    for (const auto& [region, times] : timesShared()) {
-      INFO(region << ", " << threads << " threads");
-      CHECK((isOfDevice(region) || times > before.at(region)));
-    }
+    const auto idleRegions = [&] {
+      std::string idle;
+      for (const auto& [region, times] : timesShared())
+        if (!isOfDevice(region) && times == before.at(region)) idle += region + "; ";
+      return idle;
+    };
+    for (const auto work : {handOutPairs, findContacts, findContactsBeforeDCollide}) work(threads);
+    // Compilers draw the worlds' numbers in orders of their own, so that other worlds need them.
+    for (std::uint64_t world = 0; world < 10 || (world < 100 && idleRegions() != ""); ++world)
+      playRandomCalls(seedOr(1, world));
+    INFO(threads << " threads");
+    CHECK(idleRegions() == "");
   }
 }
 
