@@ -4,10 +4,6 @@
 
 #include <string.h>
 
-#if defined(__AVX2__)
-#include <immintrin.h>
-#endif
-
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/simd/kernel_cells.h"
@@ -180,66 +176,89 @@ void findPairs(const PairSearch<Real>& search, RowSpace& space) {
                                                                                           space);
 }
 
-#if defined(__AVX2__)
-// Sorting networks on eight words of a register. `Order` shuffles them to their partners; the lanes
-// in `blend` get the greater of both.
-struct EightWords {
-  template <int blend>
-  static __m256i ordered(__m256i words, __m256i partners) {
-    return _mm256_blend_epi32(_mm256_min_epu32(words, partners), _mm256_max_epu32(words, partners),
-                              blend);
+// Sorting networks on words in vectors of four: two vectors hold words to compare side by side, and
+// are shuffled to the next partners. SSE2 compares floats only, which these words are made.
+struct FewWords {
+#if defined(__SSE2__) && !defined(__SSE4_1__)
+  using Four = FourOf<float>::Type;
+  static constexpr std::uint32_t one = 0x40000000, greatest = 0x7f7ffffe;
+#else
+  using Four = FourOf<std::uint32_t>::Type;
+  static constexpr std::uint32_t one = 0, greatest = 0xfffffffe;
+#endif
+  using Words = FourOf<std::uint32_t>::Type;
+
+  // The words from `first` on, and the greatest unmarked one in place of those beyond `count`.
+  static Four read(const std::uint32_t* row, int first, int count) {
+    Words words;
+    memcpy(&words, row + first, sizeof words);
+    const FourOf<std::int32_t>::Type lanes = {0, 1, 2, 3};
+    const Four four = Four(words | one), least = Four(Words(lanes + first > count - 1) & greatest);
+    return four > least ? four : least;
   }
-  static __m256i reversed(__m256i words) {
-    return _mm256_permutevar8x32_epi32(words, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0));
+  static void write(const Four& four, std::uint32_t* to) {
+    const Words words = Words(four) & ~one;
+    memcpy(to, &words, sizeof words);
   }
-  // Of words that rise and then fall.
-  static __m256i merged(__m256i words) {
-    words = ordered<0xf0>(words, _mm256_permute4x64_epi64(words, 0x4e));
-    words = ordered<0xcc>(words, _mm256_shuffle_epi32(words, 0x4e));
-    return ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
+  static void order(Four& a, Four& b) {
+    const Four greater = a > b ? a : b;
+    a = a < b ? a : b;
+    b = greater;
+  }
+  // Of eight words that rise and then fall, the middle two of each four swapped.
+  static void merge(Four& a, Four& b) {
+    Four low, high;
+    order(a, b);
+    pick<0, 2, 4, 6>(a, b, &low);
+    pick<1, 3, 5, 7>(a, b, &high);
+    order(low, high);
+    pick<0, 2, 4, 6>(low, high, &a);
+    pick<1, 3, 5, 7>(low, high, &b);
+    order(a, b);
+    pick<0, 4, 1, 5>(a, b, &low);
+    pick<2, 6, 3, 7>(a, b, &high);
+    pick<0, 1, 4, 5>(low, high, &a);
+    pick<2, 3, 6, 7>(low, high, &b);
   }
   // Of any: runs of two, four and eight.
-  static __m256i sorted(__m256i words) {
-    words = ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
-    words = ordered<0xcc>(words, _mm256_shuffle_epi32(words, 0x1b));
-    words = ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
-    words = ordered<0xf0>(words, reversed(words));
-    words = ordered<0xcc>(words, _mm256_shuffle_epi32(words, 0x4e));
-    return ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
-  }
-  // The first `count` of eight words, and the greatest unmarked one in place of the others.
-  static __m256i sortedFew(const std::uint32_t* words, int count) {
-    const __m256i beyond =
-        _mm256_cmpgt_epi32(_mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 8), _mm256_set1_epi32(count));
-    return sorted(_mm256_blendv_epi8(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(words)),
-                                     _mm256_set1_epi32(-2), beyond));
+  static void sort(Four& a, Four& b) {
+    Four low, high;
+    order(a, b);
+    pick<0, 2, 4, 6>(a, b, &low);
+    pick<5, 7, 1, 3>(a, b, &high);
+    order(low, high);
+    pick<0, 1, 4, 5>(low, high, &a);
+    pick<2, 3, 6, 7>(low, high, &b);
+    order(a, b);
+    pick<0, 2, 4, 6>(a, b, &low);
+    pick<7, 5, 3, 1>(a, b, &b);
+    a = low;
+    merge(a, b);
   }
 };
 
 // Sorts up to sixteen words into `to`, where sixteen are written. So many are read.
-inline void orderFew(const std::uint32_t* row, std::size_t count, std::uint32_t* to) {
-  using Eight = EightWords;
-  __m256i* const out = reinterpret_cast<__m256i*>(to);
-  const __m256i low = Eight::sortedFew(row, static_cast<int>(count));
-  if (__builtin_expect(count <= 8, true)) {
-    _mm256_storeu_si256(out, low);
-    return;
+inline void orderFew(const std::uint32_t* row, int count, std::uint32_t* to) {
+  using Few = FewWords;
+  Few::Four a = Few::read(row, 0, count), b = Few::read(row, 4, count);
+  Few::sort(a, b);
+  if (__builtin_expect(count > 8, false)) {
+    Few::Four c = Few::read(row, 8, count), d = Few::read(row, 12, count);
+    Few::sort(c, d);
+    pick<0, 2, 1, 3>(a, a, &a);
+    pick<0, 2, 1, 3>(b, b, &b);
+    pick<3, 1, 2, 0>(c, c, &c);
+    pick<3, 1, 2, 0>(d, d, &d);
+    Few::order(a, d);
+    Few::order(b, c);
+    Few::merge(a, b);
+    Few::merge(d, c);
+    Few::write(d, to + 8);
+    Few::write(c, to + 12);
   }
-  const __m256i high = Eight::reversed(Eight::sortedFew(row + 8, static_cast<int>(count) - 8));
-  _mm256_storeu_si256(out, Eight::merged(_mm256_min_epu32(low, high)));
-  _mm256_storeu_si256(out + 1, Eight::merged(_mm256_max_epu32(low, high)));
+  Few::write(a, to);
+  Few::write(b, to + 4);
 }
-#else
-// Sorts up to sixteen words into `to`.
-inline void orderFew(const std::uint32_t* row, std::size_t count, std::uint32_t* to) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t word = row[i];
-    std::size_t at = i;
-    for (; at > 0 && to[at - 1] > word; --at) to[at] = to[at - 1];
-    to[at] = word;
-  }
-}
-#endif
 
 // Sorts any number of words, of which no two name one slot. Clears the marks it sets: a bit for
 // each slot, and one for each 64 of these words.
@@ -278,11 +297,10 @@ inline void orderMany(const std::uint32_t* row, std::size_t count, std::uint64_t
   }
 }
 
-// Writes registers of pairs. What is beyond a row's end is overwritten by the next row.
+// Writes eight pairs at a time. What is beyond a row's end is overwritten by the next row.
 bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uint64_t* pairs_end) {
-  using Pairs = Register<std::uint64_t>::Type;
-  constexpr std::size_t lanes = Register<std::uint64_t>::lanes;
-  typedef std::uint32_t Words __attribute__((vector_size(sizeof(Pairs) / 2)));
+  using Words = FourOf<std::uint32_t>::Type;
+  constexpr std::size_t step = 8;
   const RowChunk rows = chunk;  // what is written could change any other
   const std::uint32_t mark = exact ? 0 : 1;
   alignas(64) std::uint32_t few[group_size] = {};
@@ -293,30 +311,30 @@ bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uin
     if (count == 0) continue;
     std::uint32_t* const to = count <= group_size ? few : rows.longest;
     if (count <= group_size) {
-      orderFew(row, count, to);
+      orderFew(row, static_cast<int>(count), to);
     } else {
       orderMany(row, count, rows.marks, rows.marked_words, to);
-      memset(to + count, 0, lanes * sizeof *to);
+      memset(to + count, 0, step * sizeof *to);
     }
     row += count;
-    const std::uint64_t earlier = std::uint64_t{rows.first + i} << 32;
-    for (std::size_t k = 0; k < count; k += lanes) {
-      Words words;
-      memcpy(&words, to + k, sizeof words);
-      any |= words;  // beyond the row, too, where words of other rows or unmarked ones are
-      const Pairs wide = __builtin_convertvector(words, Pairs);
-      const Pairs made = (wide >> 1) | earlier | (wide & mark) << 63;
+    const std::uint32_t earlier = static_cast<std::uint32_t>(rows.first + i);
+    for (std::size_t k = 0; k < count; k += step) {
       const std::size_t room = static_cast<std::size_t>(pairs_end - (pairs + k));
-      if (__builtin_expect(room >= lanes, true))
-        memcpy(pairs + k, &made, sizeof made);
-      else
-        for (std::size_t lane = 0; lane < room; ++lane) pairs[k + lane] = made[lane];
+      std::uint64_t last[step], *const out =
+                                    __builtin_expect(room >= step, true) ? pairs + k : last;
+      for (std::size_t four = 0; four < step; four += 4) {
+        Words words;
+        memcpy(&words, to + k + four, sizeof words);
+        any |= words;  // beyond the row, too, where words of other rows or unmarked ones are
+        const Words later = words >> 1, high = (words & mark) << 31 | earlier;
+        pick<0, 4, 1, 5>(later, high, out + four);
+        pick<2, 6, 3, 7>(later, high, out + four + 2);
+      }
+      if (out == last) memcpy(pairs + k, last, room * sizeof *pairs);
     }
     pairs += count;
   }
-  bool marked = false;
-  for (std::size_t lane = 0; lane < lanes; ++lane) marked |= any[lane] & mark;
-  return marked;
+  return ((any[0] | any[1] | any[2] | any[3]) & mark) != 0;
 }
 
 }  // namespace
