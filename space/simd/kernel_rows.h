@@ -15,8 +15,7 @@ template <class Real>
 struct NearCells {
   static constexpr std::size_t most = 512, stride = most + group_size;  // fixed: 20 kB of floats
 
-  alignas(64) Real lower[3][stride];
-  alignas(64) Real upper[3][stride];
+  alignas(64) Real bounds[6][stride];  // lower, upper
   alignas(64) std::uint32_t cell[stride];
   alignas(64) std::uint32_t chosen[stride];
   std::size_t count = 0;
@@ -24,102 +23,86 @@ struct NearCells {
   bool isFull() const { return count > most - group_size; }
   // Adds those in `mask` of the sixteen cells that a node has the bounds of.
   void add(const Group<Real>& node, std::uint32_t first_cell, unsigned mask) {
-    for (int axis = 0; axis < 3; ++axis) {
-      Lanes::compress(node.lower[axis], mask, lower[axis] + count);
-      Lanes::compress(node.upper[axis], mask, upper[axis] + count);
-    }
-    Lanes::writeNumbers(first_cell, mask, cell + count);
-    count += __builtin_popcount(mask);
+    Lanes::compress<6>(node.lower[0], group_size, mask, bounds[0] + count, stride);
+    count += Lanes::writeNumbers(first_cell, mask, cell + count);
   }
-  // Leaves in `chosen` those from cell `first` on that overlap box `lane` of `box`; returns their
-  // number.
+  // Leaves in `chosen` the places of those from cell `first` on that overlap box `lane` of `box`;
+  // returns their number.
   std::size_t choose(const Group<Real>& box, unsigned lane, std::uint32_t first) {
     for (int i = 0; i < group_size; ++i)
-      lower[0][count + i] = static_cast<Real>(__builtin_nanf(""));
+      bounds[0][count + i] = static_cast<Real>(__builtin_nanf(""));
     std::size_t number = 0;
     for (std::size_t at = 0; at < count; at += group_size) {
       const unsigned mask =
-          Sixteen<Real>{lower[0] + at, upper[0] + at, stride}.overlapping(box, lane) &
+          Sixteen<Real>{bounds[0] + at, bounds[3] + at, stride}.overlapping(box, lane) &
           ~Lanes::below(cell + at, first);
-      Lanes::compress(cell + at, mask, chosen + number);
-      number += __builtin_popcount(mask);
+      number += Lanes::writeNumbers(static_cast<std::uint32_t>(at), mask, chosen + number);
     }
     return number;
   }
 };
 
 // Cells that meet boxes near them. A processor cannot predict how many boxes one meets, so all that
-// are to be met are listed before one is, and all pairs before one goes to its chunk: it is wrong
+// are to be met are listed before one is, and all hits before one goes to its chunk: it is wrong
 // once for many.
 template <bool filtered, class Real>
 struct CellMeeting {
-  static constexpr std::size_t most = 1024;  // fixed: 12 kB
+  static constexpr std::size_t most = 1024;  // fixed: 8 kB
+  // Of both halves of meetings().
+  static constexpr std::uint32_t both = 0x10001;
 
   const Group<Real>* const cells;  // of all trees
   const GroupFilter* const filters;
   RowSpace& space;
-  std::size_t code_count = 0, found = 0;
+  std::size_t count = 0;
   std::uint32_t codes[most + group_size];  // sixteen times the cell, plus the lane
-  // Twice the slots of pairs, of the boxes in codes and those of the cell: 1 more where floats
-  // cannot decide.
-  alignas(64) std::uint32_t other[most + group_size];
-  alignas(64) std::uint32_t own[most + group_size];
+  std::uint32_t masks[most + group_size];  // of hits
 
   CellMeeting(const Group<Real>* cells, const GroupFilter* filters, RowSpace& space)
       : cells(cells), filters(filters), space(space) {}
 
   void list(std::size_t cell, std::size_t near, unsigned mask) {
-    Lanes::writeNumbers(static_cast<std::uint32_t>(near * group_size), mask, codes + code_count);
-    code_count += __builtin_popcount(mask);
-    if (code_count > most - group_size) meet(cell);
+    const auto first = static_cast<std::uint32_t>(near * group_size);
+    count += Lanes::writeNumbers(first, mask, codes + count);
+    if (count > most - group_size) meet(cell);
   }
   // All that are listed meet the boxes of a cell, its own boxes those of lower lanes. For all that
   // a compiler knows, words that are written could change any member.
   void meet(std::size_t cell) {
     const Group<Real>* const groups = cells;
     const GroupFilter* const bits = filters;
-    const std::size_t count = code_count;
-    std::size_t end = found;
-    for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t listed = count;
+    std::size_t met = 0;
+    for (std::size_t i = 0; i < listed; ++i) {
       const std::uint32_t near = codes[i] / group_size, lane = codes[i] % group_size;
-      const unsigned lanes = near == cell ? (1u << lane) - 1 : all_lanes;
-      const auto allowed = [=](unsigned hits) {
-        hits &= lanes;
-        return filtered && hits ? hits & passesFilter(bits[near], lane, bits[cell]) : hits;
-      };
-      const int hits = meetBoxes(groups[near], lane, groups[cell], allowed, own + end);
-      Lanes::fill(2 * groups[near].slot[lane], hits, other + end);
-      end += hits;
-      if (end > most - group_size) end = passOn(end);
+      std::uint32_t mask = meetings(groups[near], lane, groups[cell]);
+      if (near == cell) mask &= ((1u << lane) - 1) * both;
+      if (filtered && mask) mask &= passesFilter(bits[near], lane, bits[cell]) * both;
+      masks[met] = mask;
+      codes[met] = 2 * groups[near].slot[lane];
+      met += mask != 0;
     }
-    found = end;
-    code_count = 0;
+    count = 0;
+    passOn(groups[cell], met);
   }
-  // Puts so many pairs into the chunks of their earlier slots; returns 0. Pairs side by side often
-  // have the same chunk, for which a processor would wait.
-  std::size_t passOn(std::size_t count) {
-    using Words = Register<std::uint32_t>;
-    for (std::size_t i = 0; i < count; i += Words::lanes) {
-      const Words::Type a = Lanes::load(own + i), b = Lanes::load(other + i);
-      *reinterpret_cast<Words::Type*>(own + i) = Words::least(a, b);
-      *reinterpret_cast<Words::Type*>(other + i) = Words::greatest(a, b) | (a & 1);
-    }
-    const int shift = space.chunk_bits + 1;
+  // Puts pairs of boxes of a cell and others, by masks, into the chunks of the earlier slots.
+  void passOn(const Group<Real>& boxes, std::size_t met) {
+    const int shift = space.chunk_bits + 33;
     std::uint64_t** const next = space.next;
-    const auto put = [=](std::size_t i) {
-      const std::size_t chunk = own[i] >> shift;
-      std::uint64_t* to = next[chunk];
-      if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0) to = space.addBlock(chunk);
-      *to = std::uint64_t{own[i]} << 32 | other[i];
-      next[chunk] = to + 1;
-    };
-    const std::size_t half = count / 2;
-    for (std::size_t i = 0; i < half; ++i) {
-      put(i);
-      put(half + i);
+    std::uint64_t words[2 * group_size];
+    for (int i = 0; i < group_size; ++i) {
+      words[i] = std::uint64_t{boxes.slot[i]} << 33;
+      words[group_size + i] = words[i] | std::uint64_t{1} << 32 | 1;
     }
-    if (count % 2) put(count - 1);
-    return 0;
+    forBits(masks, met, [&](std::size_t i, unsigned bit) {
+      const std::uint64_t pair = words[bit] | codes[i], turned = pair >> 32 | pair << 32;
+      const std::uint64_t least = pair < turned ? pair : turned;
+      std::uint64_t* to = next[least >> shift];
+      if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0)
+        to = space.addBlock(least >> shift);
+      *to = least;
+      next[least >> shift] = to + 1;
+    });
   }
 };
 
@@ -142,7 +125,7 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
         const std::size_t chosen =
             near.choose(bounds, i % group_size, static_cast<std::uint32_t>(cell));
         for (std::size_t k = 0; k < chosen; ++k) {
-          const std::size_t other = near.chosen[k];
+          const std::size_t other = near.cell[near.chosen[k]];
           meeting.list(cell, other,
                        sixteenOf(meeting.cells[other]).overlapping(bounds, i % group_size));
         }
@@ -153,8 +136,8 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
     // Of all cells below the node.
     Group<Real> all;
     for (int axis = 0; axis < 3; ++axis) {
-      all.lower[axis][0] = Lanes::least(bounds.lower[axis]);
-      all.upper[axis][0] = Lanes::greatest(bounds.upper[axis]);
+      all.lower[axis][0] = Lanes::outermost<false>(bounds.lower[axis]);
+      all.upper[axis][0] = Lanes::outermost<true>(bounds.upper[axis]);
     }
     for (std::size_t i = search.own; i < search.tree_count; ++i) {
       const TreeView<Real>& tree = search.trees[i];
@@ -167,7 +150,6 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
     }
     meetNear();
   }
-  meeting.passOn(meeting.found);
 }
 
 template <class Real>
