@@ -50,6 +50,8 @@ struct CellMeeting {
   static constexpr std::size_t most = 1024;  // fixed: 8 kB
   // Of both halves of meetings().
   static constexpr std::uint32_t both = 0x10001;
+  // Whether the boxes of a cell meet each other turned, not as listed ones.
+  static constexpr bool turns = !filtered && sizeof(Real) == sizeof(float);
 
   const Group<Real>* const cells;  // of all trees
   const GroupFilter* const filters;
@@ -83,10 +85,31 @@ struct CellMeeting {
       met += mask != 0;
     }
     count = 0;
-    passOn(groups[cell], met);
+    passOn(groups[cell], met, [this](std::size_t i, unsigned) { return codes[i]; });
+  }
+  // The boxes of a cell meet those 1 to 8 lanes further on, all at once.
+  void meetEachOther(std::size_t cell) {
+    const Group<Real>& boxes = cells[cell];
+    alignas(64) Real bounds[6][2 * group_size];
+    for (int i = 0; i < 12; ++i)
+      memcpy(bounds[i / 2] + i % 2 * group_size, boxes.lower[0] + i / 2 * group_size,
+             sizeof bounds[0] / 2);
+    std::size_t met = 0;
+    for (unsigned by = 1; by <= group_size / 2; ++by) {
+      masks[met] = Lanes::meetings(
+          boxes, [&](int axis, int i) { return Lanes::further(bounds[axis] + i, by); },
+          [&](int axis, int i) { return Lanes::further(bounds[3 + axis] + i, by); });
+      if (by == group_size / 2) masks[met] &= 0xff * both;
+      codes[met] = by;
+      met += masks[met] != 0;
+    }
+    passOn(boxes, met, [&](std::size_t i, unsigned bit) {
+      return 2 * boxes.slot[(bit + codes[i]) % group_size];
+    });
   }
   // Puts pairs of boxes of a cell and others, by masks, into the chunks of the earlier slots.
-  void passOn(const Group<Real>& boxes, std::size_t met) {
+  template <class Other>
+  void passOn(const Group<Real>& boxes, std::size_t met, Other other) {
     const int shift = space.chunk_bits + 33;
     std::uint64_t** const next = space.next;
     std::uint64_t words[2 * group_size];
@@ -95,7 +118,7 @@ struct CellMeeting {
       words[group_size + i] = words[i] | std::uint64_t{1} << 32 | 1;
     }
     forBits(masks, met, [&](std::size_t i, unsigned bit) {
-      const std::uint64_t pair = words[bit] | codes[i], turned = pair >> 32 | pair << 32;
+      const std::uint64_t pair = words[bit] | other(i, bit), turned = pair >> 32 | pair << 32;
       const std::uint64_t least = pair < turned ? pair : turned;
       std::uint64_t* to = next[least >> shift];
       if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0)
@@ -123,7 +146,7 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t cell = first_cell + i;
         const std::size_t chosen =
-            near.choose(bounds, i % group_size, static_cast<std::uint32_t>(cell));
+            near.choose(bounds, i % group_size, static_cast<std::uint32_t>(cell + meeting.turns));
         for (std::size_t k = 0; k < chosen; ++k) {
           const std::size_t other = near.cell[near.chosen[k]];
           meeting.list(cell, other,
@@ -133,6 +156,8 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
       }
       near.count = 0;
     };
+    if constexpr (meeting.turns)
+      for (std::size_t i = begin; i < end; ++i) meeting.meetEachOther(first_cell + i);
     // Of all cells below the node.
     Group<Real> all;
     for (int axis = 0; axis < 3; ++axis) {

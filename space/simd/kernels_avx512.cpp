@@ -23,6 +23,12 @@ struct Lanes : RegisterLanes<Lanes> {
     return _mm512_cmplt_epi32_mask(_mm512_load_si512(p),
                                    _mm512_set1_epi32(static_cast<int>(value)));
   }
+  // The numbers repeat after sixteen. An unaligned load would wait for two stores.
+  static __m512 further(const float* p, unsigned by) {
+    const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    return _mm512_permutexvar_ps(_mm512_add_epi32(lanes, _mm512_set1_epi32(static_cast<int>(by))),
+                                 load(p));
+  }
   static std::uint32_t belowAndZero(const float* p) {
     const __m512 v = _mm512_load_ps(p), zero = _mm512_setzero_ps();
     return _mm512_cmp_ps_mask(v, zero, _CMP_LT_OQ) | std::uint32_t{_mm512_cmpeq_ps_mask(v, zero)}

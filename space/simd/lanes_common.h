@@ -121,6 +121,12 @@ struct RegisterLanes {
   static typename Register<T>::Type load(const T* p) {
     return *reinterpret_cast<const typename Register<T>::Type*>(p);
   }
+  // So many lanes further on than p.
+  static typename Register<float>::Type further(const float* p, unsigned by) {
+    typename Register<float>::Type numbers;
+    memcpy(&numbers, p + by, sizeof numbers);
+    return numbers;
+  }
   // Bits of sixteen lanes of type T: test(i) compares those of a register from lane i on.
   template <class T, class Test>
   static unsigned bits(Test test) {
