@@ -37,19 +37,31 @@ inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const Gro
   return filter.body[lane] ? wanted & ~Lanes::equals(others.body, filter.body[lane]) : wanted;
 }
 
-// Writes twice the slots of those of sixteen boxes that overlap box `lane` of `box` and are in
-// allowed(hits), 1 more where only the exact boxes can tell: a bound is equal to the opposite one.
-// Doubles are the exact bounds. Returns their number; sixteen words are written.
-template <class Real, class Allowed>
-inline int meetBoxes(const Group<Real>& box, unsigned lane, const Group<Real>& boxes,
-                     Allowed allowed, std::uint32_t* found) {
+// Which of sixteen boxes overlap box `lane` of `box`; from bit 16 on which of them may, as only the
+// exact boxes can tell: a bound is equal to the opposite one. Doubles are the exact bounds.
+template <class Real>
+inline std::uint32_t meetings(const Group<Real>& box, unsigned lane, const Group<Real>& boxes) {
   if constexpr (sizeof(Real) == sizeof(float))
-    return Lanes::meetBoxes(box, lane, boxes, allowed, found);
-  const unsigned hits = allowed(overlaps(box, lane, boxes));
-  Lanes::compress(boxes.slot, hits, found);
-  const int count = __builtin_popcount(hits);
-  for (int i = 0; i < count; ++i) found[i] *= 2;
-  return count;
+    return Lanes::meetings(
+        boxes, [&](int axis, int) { return box.lower[axis][lane]; },
+        [&](int axis, int) { return box.upper[axis][lane]; });
+  else
+    return overlaps(box, lane, boxes);
+}
+
+// Calls use(i, bit) for all bits of masks[0] to masks[count - 1], none of which is zero. There is
+// no branch that depends on them, as a processor could not predict it. One more may be read.
+template <class Use>
+inline void forBits(const std::uint32_t* masks, std::size_t count, Use use) {
+  std::uint32_t mask = masks[0];
+  for (std::size_t i = 0; i < count;) {
+    const std::size_t at = i;
+    const std::uint32_t following = masks[i + 1], rest = mask & (mask - 1);
+    const unsigned bit = static_cast<unsigned>(__builtin_ctz(mask));
+    i += rest == 0;
+    mask = rest ? rest : following;
+    use(at, bit);
+  }
 }
 
 // Both bounds on each axis are moved apart by the margin, so that errors of rounding, which are
@@ -108,27 +120,27 @@ inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& b
   }
 }
 
-// Writes the words of the boxes of a cell that overlap box 0 of `box`; returns what comes after.
-template <class Real>
-inline std::uint32_t* meetCell(const Group<Real>& box, const Group<Real>& boxes,
-                               std::uint32_t* found) {
-  const auto all = [](unsigned hits) { return hits; };
-  return found + meetBoxes(box, 0, boxes, all, found);
-}
-
 // Meets many cells at a time, so that a processor need not know what is in one to read the next.
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
   std::uint32_t cells[gathered_nodes + group_size];
   std::size_t count = 0;
   std::uint32_t* next = found;
+  std::uint32_t masks[gathered_nodes + group_size + 1];
   const auto meet = [&] {
-    for (std::size_t i = 0; i < count; ++i) next = meetCell(box, tree.levels[0][cells[i]], next);
+    std::size_t met = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      masks[met] = meetings(box, 0, tree.levels[0][cells[i]]);
+      cells[met] = cells[i];
+      met += masks[met] != 0;
+    }
+    forBits(masks, met, [&](std::size_t i, unsigned bit) {
+      *next++ = 2 * tree.levels[0][cells[i]].slot[bit % group_size] + bit / group_size;
+    });
     count = 0;
   };
   forOverlappingNodes(tree, box, 0, 0, [&](std::uint32_t node, unsigned mask) {
-    Lanes::writeNumbers(node * group_size, mask, cells + count);
-    count += __builtin_popcount(mask);
+    count += Lanes::writeNumbers(node * group_size, mask, cells + count);
     if (count >= gathered_nodes) meet();
   });
   meet();
@@ -139,7 +151,12 @@ template <class Real>
 std::size_t findInCells(const Group<Real>* cells, std::size_t count, const Group<Real>& box,
                         std::uint32_t* found) {
   std::uint32_t* next = found;
-  for (std::size_t cell = 0; cell < count; ++cell) next = meetCell(box, cells[cell], next);
+  for (std::size_t cell = 0; cell < count; ++cell) {
+    const std::uint32_t masks[2] = {meetings(box, 0, cells[cell])};
+    forBits(masks, masks[0] != 0, [&](std::size_t, unsigned bit) {
+      *next++ = 2 * cells[cell].slot[bit % group_size] + bit / group_size;
+    });
+  }
   return next - found;
 }
 
@@ -163,8 +180,8 @@ std::size_t testLater(const Group<Real>* cells, std::size_t all, std::size_t pla
     if (first == own && (masks[0] &= ~0u << lane << 1) == 0) hit &= ~1u;
     for (; hit; hit &= hit - 1) {
       const unsigned i = static_cast<unsigned>(__builtin_ctz(hit));
-      Lanes::writeNumbers(static_cast<std::uint32_t>((first + i) * group_size), masks[i], next);
-      next += __builtin_popcount(masks[i]);
+      const auto number = static_cast<std::uint32_t>((first + i) * group_size);
+      next += Lanes::writeNumbers(number, masks[i], next);
     }
   }
   return static_cast<std::size_t>(next - found);
@@ -227,9 +244,9 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
       const std::size_t child = parent * group_size + lane;
       for (int axis = 0; axis < 3; ++axis) {
         parents[parent].lower[axis][lane] =
-            child < count ? Lanes::least(children[child].lower[axis]) : nan;
+            child < count ? Lanes::outermost<false>(children[child].lower[axis]) : nan;
         parents[parent].upper[axis][lane] =
-            child < count ? Lanes::greatest(children[child].upper[axis]) : nan;
+            child < count ? Lanes::outermost<true>(children[child].upper[axis]) : nan;
       }
     }
 }

@@ -7,15 +7,6 @@
 
 namespace {
 
-// Centres and slots in four rows, which are aligned.
-struct CentreRows {
-  float* row[4];
-
-  CentreRows from(std::size_t place) const {
-    return {{row[0] + place, row[1] + place, row[2] + place, row[3] + place}};
-  }
-};
-
 constexpr std::size_t roundedToGroup(std::size_t count) {
   return (count + group_size - 1) / group_size * group_size;
 }
@@ -23,11 +14,12 @@ constexpr std::size_t roundedToGroup(std::size_t count) {
 // Cuts where a histogram says: those of the step in which the lower half ends may go either way.
 class Halver {
  public:
-  Halver(std::uint32_t* order, std::uint32_t* starts, std::uint32_t first)
-      : order_(order), starts_(starts), next_(first) {}
+  // Centres and slots are in four rows, which are aligned, so far apart.
+  Halver(std::size_t stride, std::uint32_t* order, std::uint32_t* starts, std::uint32_t first)
+      : stride_(stride), order_(order), starts_(starts), next_(first) {}
 
   // `rows` and `spare` have room for `count` and sixteen more, rounded up to sixteens.
-  void halve(CentreRows rows, CentreRows spare, std::size_t count) {
+  void halve(float* rows, float* spare, std::size_t count) {
     while (count > group_size) {
       // Whole nodes of the tree stay together where there are several.
       std::size_t unit = group_size;
@@ -35,13 +27,13 @@ class Halver {
       const std::size_t lower = (count + unit - 1) / unit / 2 * unit;
       divide(rows, count, lower, spare);
       // What each half has left over is the other one's room.
-      halve(spare, rows.from(roundedToGroup(count - lower)), lower);
-      spare = spare.from(lower);
+      halve(spare, rows + roundedToGroup(count - lower), lower);
+      spare += lower;
       count -= lower;
     }
     if (count == 0) return;
     *starts_++ = next_;
-    memcpy(order_ + next_, rows.row[3], count * sizeof *order_);
+    memcpy(order_ + next_, rows + 3 * stride_, count * sizeof *order_);
     next_ += static_cast<std::uint32_t>(count);
   }
 
@@ -55,11 +47,11 @@ class Halver {
   }
 
   // The axis on which the centres lie farthest apart. Beyond the last one the rows repeat it.
-  static int longest(const CentreRows& rows, std::size_t count, float& least, float& size) {
+  int longest(float* rows, std::size_t count, float& least, float& size) const {
     int longest = 0;
     size = -1;
     for (int axis = 0; axis < 3; ++axis) {
-      float* const row = rows.row[axis];
+      float* const row = rows + axis * stride_;
       for (std::size_t i = count; i < roundedToGroup(count); ++i) row[i] = row[count - 1];
       Floats low = at(row), high = low;
       for (std::size_t i = lanes; i < count; i += lanes) {
@@ -80,10 +72,9 @@ class Halver {
   }
 
   // Moves the lower half to `low`, and the rest to the front of the rows.
-  static void divide(const CentreRows& rows, std::size_t count, std::size_t lower,
-                     const CentreRows& low) {
+  void divide(float* rows, std::size_t count, std::size_t lower, float* low) const {
     float least = 0, size;
-    const float* const row = rows.row[longest(rows, count, least, size)];
+    const float* const row = rows + longest(rows, count, least, size) * stride_;
     const int steps = count > 1024 ? 256 : count > 128 ? 64 : 32;
     // All are one step where they are alike, or too far apart for a difference.
     const float factor = static_cast<float>(steps) * 0.999f / size;
@@ -120,15 +111,14 @@ class Halver {
       for (; in_last && room; in_last &= in_last - 1, --room) is_low |= in_last & (0u - in_last);
       const unsigned is_high = used & ~is_low;
       // What is written beyond has been read.
-      for (int k = 0; k < 4; ++k) {
-        Lanes::compress(rows.row[k] + i, is_low, low.row[k] + to_low);
-        Lanes::compress(rows.row[k] + i, is_high, rows.row[k] + to_high);
-      }
+      Lanes::compress<4>(rows + i, stride_, is_low, low + to_low, stride_);
+      Lanes::compress<4>(rows + i, stride_, is_high, rows + to_high, stride_);
       to_low += static_cast<std::size_t>(__builtin_popcount(is_low));
       to_high += static_cast<std::size_t>(__builtin_popcount(is_high));
     }
   }
 
+  const std::size_t stride_;
   std::uint32_t *order_, *starts_, next_;
 };
 
@@ -136,16 +126,11 @@ class Halver {
 void cutIntoCells(const Centre* centres, std::size_t count, float* room, std::uint32_t first,
                   std::uint32_t* order, std::uint32_t* starts) {
   const std::size_t row_room = roundedToGroup(count) + 2 * group_size;
-  CentreRows rows, spare;
-  for (int k = 0; k < 4; ++k) {
-    rows.row[k] = room + k * row_room;
-    spare.row[k] = room + (4 + k) * row_room;
-  }
   for (std::size_t i = 0; i < count; ++i) {
-    for (int axis = 0; axis < 3; ++axis) rows.row[axis][i] = centres[i].at[axis];
-    memcpy(rows.row[3] + i, &centres[i].slot, sizeof centres[i].slot);
+    for (int axis = 0; axis < 3; ++axis) room[axis * row_room + i] = centres[i].at[axis];
+    memcpy(room + 3 * row_room + i, &centres[i].slot, sizeof centres[i].slot);
   }
-  Halver(order, starts, first).halve(rows, spare, count);
+  Halver(row_room, order, starts, first).halve(room, room + 4 * row_room, count);
 }
 
 }  // namespace

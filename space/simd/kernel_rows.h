@@ -4,10 +4,6 @@
 
 #include <string.h>
 
-#if defined(__AVX2__)
-#include <immintrin.h>
-#endif
-
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/simd/kernel_cells.h"
@@ -19,8 +15,7 @@ template <class Real>
 struct NearCells {
   static constexpr std::size_t most = 512, stride = most + group_size;  // fixed: 20 kB of floats
 
-  alignas(64) Real lower[3][stride];
-  alignas(64) Real upper[3][stride];
+  alignas(64) Real bounds[6][stride];  // lower, upper
   alignas(64) std::uint32_t cell[stride];
   alignas(64) std::uint32_t chosen[stride];
   std::size_t count = 0;
@@ -28,102 +23,109 @@ struct NearCells {
   bool isFull() const { return count > most - group_size; }
   // Adds those in `mask` of the sixteen cells that a node has the bounds of.
   void add(const Group<Real>& node, std::uint32_t first_cell, unsigned mask) {
-    for (int axis = 0; axis < 3; ++axis) {
-      Lanes::compress(node.lower[axis], mask, lower[axis] + count);
-      Lanes::compress(node.upper[axis], mask, upper[axis] + count);
-    }
-    Lanes::writeNumbers(first_cell, mask, cell + count);
-    count += __builtin_popcount(mask);
+    Lanes::compress<6>(node.lower[0], group_size, mask, bounds[0] + count, stride);
+    count += Lanes::writeNumbers(first_cell, mask, cell + count);
   }
-  // Leaves in `chosen` those from cell `first` on that overlap box `lane` of `box`; returns their
-  // number.
+  // Leaves in `chosen` the places of those from cell `first` on that overlap box `lane` of `box`;
+  // returns their number.
   std::size_t choose(const Group<Real>& box, unsigned lane, std::uint32_t first) {
     for (int i = 0; i < group_size; ++i)
-      lower[0][count + i] = static_cast<Real>(__builtin_nanf(""));
+      bounds[0][count + i] = static_cast<Real>(__builtin_nanf(""));
     std::size_t number = 0;
     for (std::size_t at = 0; at < count; at += group_size) {
       const unsigned mask =
-          Sixteen<Real>{lower[0] + at, upper[0] + at, stride}.overlapping(box, lane) &
+          Sixteen<Real>{bounds[0] + at, bounds[3] + at, stride}.overlapping(box, lane) &
           ~Lanes::below(cell + at, first);
-      Lanes::compress(cell + at, mask, chosen + number);
-      number += __builtin_popcount(mask);
+      number += Lanes::writeNumbers(static_cast<std::uint32_t>(at), mask, chosen + number);
     }
     return number;
   }
 };
 
 // Cells that meet boxes near them. A processor cannot predict how many boxes one meets, so all that
-// are to be met are listed before one is, and all pairs before one goes to its chunk: it is wrong
+// are to be met are listed before one is, and all hits before one goes to its chunk: it is wrong
 // once for many.
 template <bool filtered, class Real>
 struct CellMeeting {
-  static constexpr std::size_t most = 1024;  // fixed: 12 kB
+  static constexpr std::size_t most = 1024;  // fixed: 8 kB
+  // Of both halves of meetings().
+  static constexpr std::uint32_t both = 0x10001;
+  // Whether the boxes of a cell meet each other turned, not as listed ones.
+  static constexpr bool turns = !filtered && sizeof(Real) == sizeof(float);
 
   const Group<Real>* const cells;  // of all trees
   const GroupFilter* const filters;
   RowSpace& space;
-  std::size_t code_count = 0, found = 0;
+  std::size_t count = 0;
   std::uint32_t codes[most + group_size];  // sixteen times the cell, plus the lane
-  // Twice the slots of pairs, of the boxes in codes and those of the cell: 1 more where floats
-  // cannot decide.
-  alignas(64) std::uint32_t other[most + group_size];
-  alignas(64) std::uint32_t own[most + group_size];
+  std::uint32_t masks[most + group_size];  // of hits
 
   CellMeeting(const Group<Real>* cells, const GroupFilter* filters, RowSpace& space)
       : cells(cells), filters(filters), space(space) {}
 
   void list(std::size_t cell, std::size_t near, unsigned mask) {
-    Lanes::writeNumbers(static_cast<std::uint32_t>(near * group_size), mask, codes + code_count);
-    code_count += __builtin_popcount(mask);
-    if (code_count > most - group_size) meet(cell);
+    const auto first = static_cast<std::uint32_t>(near * group_size);
+    count += Lanes::writeNumbers(first, mask, codes + count);
+    if (count > most - group_size) meet(cell);
   }
   // All that are listed meet the boxes of a cell, its own boxes those of lower lanes. For all that
   // a compiler knows, words that are written could change any member.
   void meet(std::size_t cell) {
     const Group<Real>* const groups = cells;
     const GroupFilter* const bits = filters;
-    const std::size_t count = code_count;
-    std::size_t end = found;
-    for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t listed = count;
+    std::size_t met = 0;
+    for (std::size_t i = 0; i < listed; ++i) {
       const std::uint32_t near = codes[i] / group_size, lane = codes[i] % group_size;
-      const unsigned lanes = near == cell ? (1u << lane) - 1 : all_lanes;
-      const auto allowed = [=](unsigned hits) {
-        hits &= lanes;
-        return filtered && hits ? hits & passesFilter(bits[near], lane, bits[cell]) : hits;
-      };
-      const int hits = meetBoxes(groups[near], lane, groups[cell], allowed, own + end);
-      Lanes::fill(2 * groups[near].slot[lane], hits, other + end);
-      end += hits;
-      if (end > most - group_size) end = passOn(end);
+      std::uint32_t mask = meetings(groups[near], lane, groups[cell]);
+      if (near == cell) mask &= ((1u << lane) - 1) * both;
+      if (filtered && mask) mask &= passesFilter(bits[near], lane, bits[cell]) * both;
+      masks[met] = mask;
+      codes[met] = 2 * groups[near].slot[lane];
+      met += mask != 0;
     }
-    found = end;
-    code_count = 0;
+    count = 0;
+    passOn(groups[cell], met, [this](std::size_t i, unsigned) { return codes[i]; });
   }
-  // Puts so many pairs into the chunks of their earlier slots; returns 0. Pairs side by side often
-  // have the same chunk, for which a processor would wait.
-  std::size_t passOn(std::size_t count) {
-    using Words = Register<std::uint32_t>;
-    for (std::size_t i = 0; i < count; i += Words::lanes) {
-      const Words::Type a = Lanes::load(own + i), b = Lanes::load(other + i);
-      *reinterpret_cast<Words::Type*>(own + i) = Words::least(a, b);
-      *reinterpret_cast<Words::Type*>(other + i) = Words::greatest(a, b) | (a & 1);
+  // The boxes of a cell meet those 1 to 8 lanes further on, all at once.
+  void meetEachOther(std::size_t cell) {
+    const Group<Real>& boxes = cells[cell];
+    alignas(64) Real bounds[6][2 * group_size];
+    for (int i = 0; i < 12; ++i)
+      memcpy(bounds[i / 2] + i % 2 * group_size, boxes.lower[0] + i / 2 * group_size,
+             sizeof bounds[0] / 2);
+    std::size_t met = 0;
+    for (unsigned by = 1; by <= group_size / 2; ++by) {
+      masks[met] = Lanes::meetings(
+          boxes, [&](int axis, int i) { return Lanes::further(bounds[axis] + i, by); },
+          [&](int axis, int i) { return Lanes::further(bounds[3 + axis] + i, by); });
+      if (by == group_size / 2) masks[met] &= 0xff * both;
+      codes[met] = by;
+      met += masks[met] != 0;
     }
-    const int shift = space.chunk_bits + 1;
+    passOn(boxes, met, [&](std::size_t i, unsigned bit) {
+      return 2 * boxes.slot[(bit + codes[i]) % group_size];
+    });
+  }
+  // Puts pairs of boxes of a cell and others, by masks, into the chunks of the earlier slots.
+  template <class Other>
+  void passOn(const Group<Real>& boxes, std::size_t met, Other other) {
+    const int shift = space.chunk_bits + 33;
     std::uint64_t** const next = space.next;
-    const auto put = [=](std::size_t i) {
-      const std::size_t chunk = own[i] >> shift;
-      std::uint64_t* to = next[chunk];
-      if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0) to = space.addBlock(chunk);
-      *to = std::uint64_t{own[i]} << 32 | other[i];
-      next[chunk] = to + 1;
-    };
-    const std::size_t half = count / 2;
-    for (std::size_t i = 0; i < half; ++i) {
-      put(i);
-      put(half + i);
+    std::uint64_t words[2 * group_size];
+    for (int i = 0; i < group_size; ++i) {
+      words[i] = std::uint64_t{boxes.slot[i]} << 33;
+      words[group_size + i] = words[i] | std::uint64_t{1} << 32 | 1;
     }
-    if (count % 2) put(count - 1);
-    return 0;
+    forBits(masks, met, [&](std::size_t i, unsigned bit) {
+      const std::uint64_t pair = words[bit] | other(i, bit), turned = pair >> 32 | pair << 32;
+      const std::uint64_t least = pair < turned ? pair : turned;
+      std::uint64_t* to = next[least >> shift];
+      if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0)
+        to = space.addBlock(least >> shift);
+      *to = least;
+      next[least >> shift] = to + 1;
+    });
   }
 };
 
@@ -144,9 +146,9 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t cell = first_cell + i;
         const std::size_t chosen =
-            near.choose(bounds, i % group_size, static_cast<std::uint32_t>(cell));
+            near.choose(bounds, i % group_size, static_cast<std::uint32_t>(cell + meeting.turns));
         for (std::size_t k = 0; k < chosen; ++k) {
-          const std::size_t other = near.chosen[k];
+          const std::size_t other = near.cell[near.chosen[k]];
           meeting.list(cell, other,
                        sixteenOf(meeting.cells[other]).overlapping(bounds, i % group_size));
         }
@@ -154,11 +156,13 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
       }
       near.count = 0;
     };
+    if constexpr (meeting.turns)
+      for (std::size_t i = begin; i < end; ++i) meeting.meetEachOther(first_cell + i);
     // Of all cells below the node.
     Group<Real> all;
     for (int axis = 0; axis < 3; ++axis) {
-      all.lower[axis][0] = Lanes::least(bounds.lower[axis]);
-      all.upper[axis][0] = Lanes::greatest(bounds.upper[axis]);
+      all.lower[axis][0] = Lanes::outermost<false>(bounds.lower[axis]);
+      all.upper[axis][0] = Lanes::outermost<true>(bounds.upper[axis]);
     }
     for (std::size_t i = search.own; i < search.tree_count; ++i) {
       const TreeView<Real>& tree = search.trees[i];
@@ -171,7 +175,6 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
     }
     meetNear();
   }
-  meeting.passOn(meeting.found);
 }
 
 template <class Real>
@@ -180,66 +183,89 @@ void findPairs(const PairSearch<Real>& search, RowSpace& space) {
                                                                                           space);
 }
 
-#if defined(__AVX2__)
-// Sorting networks on eight words of a register. `Order` shuffles them to their partners; the lanes
-// in `blend` get the greater of both.
-struct EightWords {
-  template <int blend>
-  static __m256i ordered(__m256i words, __m256i partners) {
-    return _mm256_blend_epi32(_mm256_min_epu32(words, partners), _mm256_max_epu32(words, partners),
-                              blend);
+// Sorting networks on words in vectors of four: two vectors hold words to compare side by side, and
+// are shuffled to the next partners. SSE2 compares floats only, which these words are made.
+struct FewWords {
+#if defined(__SSE2__) && !defined(__SSE4_1__)
+  using Four = FourOf<float>::Type;
+  static constexpr std::uint32_t one = 0x40000000, greatest = 0x7f7ffffe;
+#else
+  using Four = FourOf<std::uint32_t>::Type;
+  static constexpr std::uint32_t one = 0, greatest = 0xfffffffe;
+#endif
+  using Words = FourOf<std::uint32_t>::Type;
+
+  // The words from `first` on, and the greatest unmarked one in place of those beyond `count`.
+  static Four read(const std::uint32_t* row, int first, int count) {
+    Words words;
+    memcpy(&words, row + first, sizeof words);
+    const FourOf<std::int32_t>::Type lanes = {0, 1, 2, 3};
+    const Four four = Four(words | one), least = Four(Words(lanes + first > count - 1) & greatest);
+    return four > least ? four : least;
   }
-  static __m256i reversed(__m256i words) {
-    return _mm256_permutevar8x32_epi32(words, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0));
+  static void write(const Four& four, std::uint32_t* to) {
+    const Words words = Words(four) & ~one;
+    memcpy(to, &words, sizeof words);
   }
-  // Of words that rise and then fall.
-  static __m256i merged(__m256i words) {
-    words = ordered<0xf0>(words, _mm256_permute4x64_epi64(words, 0x4e));
-    words = ordered<0xcc>(words, _mm256_shuffle_epi32(words, 0x4e));
-    return ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
+  static void order(Four& a, Four& b) {
+    const Four greater = a > b ? a : b;
+    a = a < b ? a : b;
+    b = greater;
+  }
+  // Of eight words that rise and then fall, the middle two of each four swapped.
+  static void merge(Four& a, Four& b) {
+    Four low, high;
+    order(a, b);
+    pick<0, 2, 4, 6>(a, b, &low);
+    pick<1, 3, 5, 7>(a, b, &high);
+    order(low, high);
+    pick<0, 2, 4, 6>(low, high, &a);
+    pick<1, 3, 5, 7>(low, high, &b);
+    order(a, b);
+    pick<0, 4, 1, 5>(a, b, &low);
+    pick<2, 6, 3, 7>(a, b, &high);
+    pick<0, 1, 4, 5>(low, high, &a);
+    pick<2, 3, 6, 7>(low, high, &b);
   }
   // Of any: runs of two, four and eight.
-  static __m256i sorted(__m256i words) {
-    words = ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
-    words = ordered<0xcc>(words, _mm256_shuffle_epi32(words, 0x1b));
-    words = ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
-    words = ordered<0xf0>(words, reversed(words));
-    words = ordered<0xcc>(words, _mm256_shuffle_epi32(words, 0x4e));
-    return ordered<0xaa>(words, _mm256_shuffle_epi32(words, 0xb1));
-  }
-  // The first `count` of eight words, and the greatest unmarked one in place of the others.
-  static __m256i sortedFew(const std::uint32_t* words, int count) {
-    const __m256i beyond =
-        _mm256_cmpgt_epi32(_mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 8), _mm256_set1_epi32(count));
-    return sorted(_mm256_blendv_epi8(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(words)),
-                                     _mm256_set1_epi32(-2), beyond));
+  static void sort(Four& a, Four& b) {
+    Four low, high;
+    order(a, b);
+    pick<0, 2, 4, 6>(a, b, &low);
+    pick<5, 7, 1, 3>(a, b, &high);
+    order(low, high);
+    pick<0, 1, 4, 5>(low, high, &a);
+    pick<2, 3, 6, 7>(low, high, &b);
+    order(a, b);
+    pick<0, 2, 4, 6>(a, b, &low);
+    pick<7, 5, 3, 1>(a, b, &b);
+    a = low;
+    merge(a, b);
   }
 };
 
 // Sorts up to sixteen words into `to`, where sixteen are written. So many are read.
-inline void orderFew(const std::uint32_t* row, std::size_t count, std::uint32_t* to) {
-  using Eight = EightWords;
-  __m256i* const out = reinterpret_cast<__m256i*>(to);
-  const __m256i low = Eight::sortedFew(row, static_cast<int>(count));
-  if (__builtin_expect(count <= 8, true)) {
-    _mm256_storeu_si256(out, low);
-    return;
+inline void orderFew(const std::uint32_t* row, int count, std::uint32_t* to) {
+  using Few = FewWords;
+  Few::Four a = Few::read(row, 0, count), b = Few::read(row, 4, count);
+  Few::sort(a, b);
+  if (__builtin_expect(count > 8, false)) {
+    Few::Four c = Few::read(row, 8, count), d = Few::read(row, 12, count);
+    Few::sort(c, d);
+    pick<0, 2, 1, 3>(a, a, &a);
+    pick<0, 2, 1, 3>(b, b, &b);
+    pick<3, 1, 2, 0>(c, c, &c);
+    pick<3, 1, 2, 0>(d, d, &d);
+    Few::order(a, d);
+    Few::order(b, c);
+    Few::merge(a, b);
+    Few::merge(d, c);
+    Few::write(d, to + 8);
+    Few::write(c, to + 12);
   }
-  const __m256i high = Eight::reversed(Eight::sortedFew(row + 8, static_cast<int>(count) - 8));
-  _mm256_storeu_si256(out, Eight::merged(_mm256_min_epu32(low, high)));
-  _mm256_storeu_si256(out + 1, Eight::merged(_mm256_max_epu32(low, high)));
+  Few::write(a, to);
+  Few::write(b, to + 4);
 }
-#else
-// Sorts up to sixteen words into `to`.
-inline void orderFew(const std::uint32_t* row, std::size_t count, std::uint32_t* to) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t word = row[i];
-    std::size_t at = i;
-    for (; at > 0 && to[at - 1] > word; --at) to[at] = to[at - 1];
-    to[at] = word;
-  }
-}
-#endif
 
 // Sorts any number of words, of which no two name one slot. Clears the marks it sets: a bit for
 // each slot, and one for each 64 of these words.
@@ -278,11 +304,10 @@ inline void orderMany(const std::uint32_t* row, std::size_t count, std::uint64_t
   }
 }
 
-// Writes registers of pairs. What is beyond a row's end is overwritten by the next row.
+// Writes eight pairs at a time. What is beyond a row's end is overwritten by the next row.
 bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uint64_t* pairs_end) {
-  using Pairs = Register<std::uint64_t>::Type;
-  constexpr std::size_t lanes = Register<std::uint64_t>::lanes;
-  typedef std::uint32_t Words __attribute__((vector_size(sizeof(Pairs) / 2)));
+  using Words = FourOf<std::uint32_t>::Type;
+  constexpr std::size_t step = 8;
   const RowChunk rows = chunk;  // what is written could change any other
   const std::uint32_t mark = exact ? 0 : 1;
   alignas(64) std::uint32_t few[group_size] = {};
@@ -293,30 +318,30 @@ bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uin
     if (count == 0) continue;
     std::uint32_t* const to = count <= group_size ? few : rows.longest;
     if (count <= group_size) {
-      orderFew(row, count, to);
+      orderFew(row, static_cast<int>(count), to);
     } else {
       orderMany(row, count, rows.marks, rows.marked_words, to);
-      memset(to + count, 0, lanes * sizeof *to);
+      memset(to + count, 0, step * sizeof *to);
     }
     row += count;
-    const std::uint64_t earlier = std::uint64_t{rows.first + i} << 32;
-    for (std::size_t k = 0; k < count; k += lanes) {
-      Words words;
-      memcpy(&words, to + k, sizeof words);
-      any |= words;  // beyond the row, too, where words of other rows or unmarked ones are
-      const Pairs wide = __builtin_convertvector(words, Pairs);
-      const Pairs made = (wide >> 1) | earlier | (wide & mark) << 63;
+    const std::uint32_t earlier = static_cast<std::uint32_t>(rows.first + i);
+    for (std::size_t k = 0; k < count; k += step) {
       const std::size_t room = static_cast<std::size_t>(pairs_end - (pairs + k));
-      if (__builtin_expect(room >= lanes, true))
-        memcpy(pairs + k, &made, sizeof made);
-      else
-        for (std::size_t lane = 0; lane < room; ++lane) pairs[k + lane] = made[lane];
+      std::uint64_t last[step], *const out =
+                                    __builtin_expect(room >= step, true) ? pairs + k : last;
+      for (std::size_t four = 0; four < step; four += 4) {
+        Words words;
+        memcpy(&words, to + k + four, sizeof words);
+        any |= words;  // beyond the row, too, where words of other rows or unmarked ones are
+        const Words later = words >> 1, high = (words & mark) << 31 | earlier;
+        pick<0, 4, 1, 5>(later, high, out + four);
+        pick<2, 6, 3, 7>(later, high, out + four + 2);
+      }
+      if (out == last) memcpy(pairs + k, last, room * sizeof *pairs);
     }
     pairs += count;
   }
-  bool marked = false;
-  for (std::size_t lane = 0; lane < lanes; ++lane) marked |= any[lane] & mark;
-  return marked;
+  return ((any[0] | any[1] | any[2] | any[3]) & mark) != 0;
 }
 
 }  // namespace

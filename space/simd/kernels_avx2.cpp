@@ -32,27 +32,18 @@ struct Lanes : RegisterLanes<Lanes> {
   static unsigned signs(Mask<double> v) {
     return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(v)));
   }
-  template <class T>
-  static void compress(const T* p, unsigned mask, T* out) {
-    static_assert(sizeof(T) == 4, "lanes are words");
-    const auto eight = [](const T* from, unsigned m, T* to) {
-      const __m256i lanes =
-          _mm256_permutevar8x32_epi32(reinterpret_cast<__m256i>(load(from)), lanesOf(m));
-      _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), lanes);
-    };
-    eight(p, mask & 0xff, out);
-    eight(p + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
-  }
-  static void compress(const double* p, unsigned mask, double* out) {
-    RegisterLanes::compress(p, mask, out);
-  }
-  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
-    const auto eight = [](std::uint32_t from, unsigned m, std::uint32_t* to) {
-      _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
-                          _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(from)), lanesOf(m)));
-    };
-    eight(first, mask & 0xff, out);
-    eight(first + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
+  using RegisterLanes::compress;
+  template <int rows>
+  static void compress(const float* p, std::size_t stride, unsigned mask, float* out,
+                       std::size_t out_stride) {
+    const __m256i low = lanesOf(mask & 0xff), high = lanesOf(mask >> 8);
+    const int count = __builtin_popcount(mask & 0xff);
+    for (int row = 0; row < rows; ++row, p += stride, out += out_stride) {
+      const __m256 a = _mm256_permutevar8x32_ps(load(p), low),
+                   b = _mm256_permutevar8x32_ps(load(p + 8), high);
+      _mm256_storeu_ps(out, a);
+      _mm256_storeu_ps(out + count, b);
+    }
   }
 };
 

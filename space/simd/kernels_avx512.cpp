@@ -23,39 +23,29 @@ struct Lanes : RegisterLanes<Lanes> {
     return _mm512_cmplt_epi32_mask(_mm512_load_si512(p),
                                    _mm512_set1_epi32(static_cast<int>(value)));
   }
-  // As in RegisterLanes.
-  template <class BoxGroup, class Allowed>
-  static int meetBoxes(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
-                       std::uint32_t* row) {
-    __m512 gaps[3];
-    for (int axis = 0; axis < 3; ++axis)
-      gaps[axis] = _mm512_max_ps(
-          _mm512_sub_ps(_mm512_load_ps(boxes.lower[axis]), _mm512_set1_ps(own.upper[axis][lane])),
-          _mm512_sub_ps(_mm512_set1_ps(own.lower[axis][lane]), _mm512_load_ps(boxes.upper[axis])));
-    const __m512 gap = _mm512_max_ps(_mm512_max_ps(gaps[0], gaps[1]), gaps[2]);
-    const __m512 zero = _mm512_setzero_ps();
-    const __m512i slots = _mm512_load_si512(boxes.slot), twice = _mm512_add_epi32(slots, slots);
-    const __m512i words =
-        _mm512_mask_or_epi32(twice, _mm512_cmpeq_ps_mask(gap, zero), twice, _mm512_set1_epi32(1));
-    const unsigned hits = allowed(_mm512_cmp_ps_mask(gap, zero, _CMP_LE_OQ));
-    store(words, hits, row);
-    return __builtin_popcount(hits);
+  // The numbers repeat after sixteen. An unaligned load would wait for two stores.
+  static __m512 further(const float* p, unsigned by) {
+    const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    return _mm512_permutexvar_ps(_mm512_add_epi32(lanes, _mm512_set1_epi32(static_cast<int>(by))),
+                                 load(p));
   }
-  template <class T>
-  static void compress(const T* p, unsigned mask, T* out) {
-    static_assert(sizeof(T) == 4, "lanes are words");
-    store(_mm512_load_si512(p), mask, reinterpret_cast<std::uint32_t*>(out));
+  static std::uint32_t belowAndZero(const float* p) {
+    const __m512 v = _mm512_load_ps(p), zero = _mm512_setzero_ps();
+    return _mm512_cmp_ps_mask(v, zero, _CMP_LT_OQ) | std::uint32_t{_mm512_cmpeq_ps_mask(v, zero)}
+                                                         << 16;
   }
-  static void compress(const double* p, unsigned mask, double* out) {
-    const __mmask8 low = static_cast<__mmask8>(mask & 0xff),
-                   high = static_cast<__mmask8>(mask >> 8);
-    _mm512_storeu_pd(out, _mm512_maskz_compress_pd(low, _mm512_load_pd(p)));
-    _mm512_storeu_pd(out + __builtin_popcount(low),
-                     _mm512_maskz_compress_pd(high, _mm512_load_pd(p + 8)));
+  using RegisterLanes::compress;
+  template <int rows>
+  static void compress(const float* p, std::size_t stride, unsigned mask, float* out,
+                       std::size_t out_stride) {
+    for (int row = 0; row < rows; ++row)
+      store(_mm512_load_si512(p + row * stride), mask,
+            reinterpret_cast<std::uint32_t*>(out + row * out_stride));
   }
-  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
+  static std::size_t writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     store(_mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(first)), lanes), mask, out);
+    return __builtin_popcount(mask);
   }
 
  private:

@@ -8,22 +8,6 @@
 
 namespace {
 
-// compress_bytes.of[m] takes the words of a register whose bits are set in m to its front;
-// compress_bytes.count[m] is their number.
-struct CompressBytes {
-  alignas(16) std::uint8_t of[16][16];
-  std::uint8_t count[16];
-  constexpr CompressBytes() : of(), count() {
-    for (int m = 0; m < 16; ++m) {
-      int bytes = 0;
-      for (int i = 0; i < 16; ++i)
-        if (m >> (i / 4) & 1) of[m][bytes++] = static_cast<std::uint8_t>(i);
-      count[m] = static_cast<std::uint8_t>(bytes / 4);
-    }
-  }
-};
-constexpr CompressBytes compress_bytes;
-
 struct Lanes : RegisterLanes<Lanes> {
   static constexpr const char* name = "neon";
 
@@ -34,43 +18,27 @@ struct Lanes : RegisterLanes<Lanes> {
     const uint32x4_t weight = vld1q_u32(weights);
     uint32x4_t sum = {};
     // Lane by lane: each register brings in bits of its own.
-    for (int i = 0; i < 16; i += 4) sum |= four<T>(test, i) & (weight << i);
+    for (int i = 0; i < 16; i += 4) {
+      uint32x4_t lanes = reinterpret_cast<uint32x4_t>(test(i));
+      if constexpr (sizeof(T) == 8)
+        lanes = vuzp1q_u32(lanes, reinterpret_cast<uint32x4_t>(test(i + 2)));
+      sum |= lanes & (weight << i);
+    }
     return vaddvq_u32(sum);
   }
 
-  template <class T>
-  static void compress(const T* p, unsigned mask, T* out) {
-    static_assert(sizeof(T) == 4, "lanes are words");
+  using RegisterLanes::compress;
+  template <int rows>
+  static void compress(const float* p, std::size_t stride, unsigned mask, float* out,
+                       std::size_t out_stride) {
     for (; mask; mask >>= 4, p += 4) {
-      vst1q_u8(reinterpret_cast<std::uint8_t*>(out),
-               toFront(reinterpret_cast<uint32x4_t>(load(p)), mask & 0xf));
-      out += compress_bytes.count[mask & 0xf];
+      const uint32x4_t lanes = vld1q_u32(four_lanes.lanes[mask % 16]) * 0x04040404 + 0x03020100;
+      for (int row = 0; row < rows; ++row)
+        vst1q_u8(reinterpret_cast<std::uint8_t*>(out + row * out_stride),
+                 vqtbl1q_u8(reinterpret_cast<uint8x16_t>(load(p + row * stride)),
+                            vreinterpretq_u8_u32(lanes)));
+      out += four_lanes.count[mask % 16];
     }
-  }
-  static void compress(const double* p, unsigned mask, double* out) {
-    RegisterLanes::compress(p, mask, out);
-  }
-  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
-    constexpr std::uint32_t lanes[] = {0, 1, 2, 3};
-    uint32x4_t numbers = vaddq_u32(vdupq_n_u32(first), vld1q_u32(lanes));
-    for (; mask; mask >>= 4, numbers = vaddq_u32(numbers, vdupq_n_u32(4))) {
-      vst1q_u8(reinterpret_cast<std::uint8_t*>(out), toFront(numbers, mask & 0xf));
-      out += compress_bytes.count[mask & 0xf];
-    }
-  }
-
- private:
-  template <class T, class Test>
-  [[gnu::always_inline]] static uint32x4_t four(Test test, int i) {
-    if constexpr (sizeof(T) == 4)
-      return reinterpret_cast<uint32x4_t>(test(i));
-    else
-      return vuzp1q_u32(reinterpret_cast<uint32x4_t>(test(i)),
-                        reinterpret_cast<uint32x4_t>(test(i + 2)));
-  }
-  // The words of `v` in `mask`, of four bits, low ones first.
-  static uint8x16_t toFront(uint32x4_t v, unsigned mask) {
-    return vqtbl1q_u8(vreinterpretq_u8_u32(v), vld1q_u8(compress_bytes.of[mask]));
   }
 };
 

@@ -14,6 +14,16 @@ struct Lanes : RegisterLanes<Lanes> {
   static unsigned signs(Mask<double> v) {
     return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(v)));
   }
+  // The signs of numbers stay when they become bytes, and zero does. NaN that a program makes has
+  // none.
+  static std::uint32_t belowAndZero(const float* p) {
+    const auto words = [=](int i) { return reinterpret_cast<__m128i>(load(p + i)); };
+    const __m128i bytes =
+        _mm_packs_epi16(_mm_packs_epi32(words(0), words(4)), _mm_packs_epi32(words(8), words(12)));
+    return static_cast<std::uint32_t>(_mm_movemask_epi8(bytes)) |
+           static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_cmpeq_epi8(bytes, _mm_setzero_si128())))
+               << 16;
+  }
 };
 
 }  // namespace

@@ -54,31 +54,63 @@ inline void pick(const Vector& x, const Vector& y, void* to) {
   pick<p0, p1, p2, p3>(x, y, to, std::make_integer_sequence<int, sizeof(x) / sizeof(x[0])>());
 }
 
+// For each mask of four lanes its set bits, low ones first, and their number.
+struct FourLanes {
+  alignas(16) std::uint32_t lanes[16][4];
+  std::uint32_t count[16];
+  constexpr FourLanes() : lanes(), count() {
+    for (unsigned m = 0; m < 16; ++m)
+      for (unsigned i = 0; i < 4; ++i)
+        if (m >> i & 1) lanes[m][count[m]++] = i;
+  }
+};
+constexpr FourLanes four_lanes;
+
 // For sets whose comparisons fill the lanes of a register, of which Set::signs() makes bits.
 template <class Set>
 struct RegisterLanes {
-  // Writes the elements of p[0..15] in `mask`, in order. Writes at most 16; how many count is the
-  // number of bits. `out` may be p, or any place before it.
-  template <class T>
-  static void compress(const T* p, unsigned mask, T* out) {
-    for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
+  // Writes the elements of p[0..15] in `mask`, in order, and those of the same lanes of more rows.
+  // Writes at most 16 a row; how many count is the number of bits. `out` may be p, or any place
+  // before it.
+  template <int rows, class T>
+  static void compress(const T* p, std::size_t stride, unsigned mask, T* out,
+                       std::size_t out_stride) {
+    for (; mask; mask &= mask - 1, ++out)
+      for (int row = 0; row < rows; ++row)
+        out[row * out_stride] = p[row * stride + __builtin_ctz(mask)];
   }
-  // Writes `first` + i for each bit i of `mask`, in order. Writes at most 16 numbers.
-  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
-    for (; mask; mask &= mask - 1) *out++ = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
+  // Writes `first` + i for each bit i of `mask`, in order. Writes at most 16 numbers; returns how
+  // many count.
+  static std::size_t writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
+    using Four = typename FourOf<std::uint32_t>::Type;
+    Four base = Four{} + first;
+    std::size_t count = 0;
+    for (int i = 0; i < 16; i += 4, mask >>= 4, base += 4) {
+      Four numbers;
+      memcpy(&numbers, four_lanes.lanes[mask % 16], sizeof numbers);
+      numbers += base;
+      memcpy(out + count, &numbers, sizeof numbers);
+      count += four_lanes.count[mask % 16];
+    }
+    return count;
   }
-  // The least and the greatest of sixteen, NaN apart; NaN where all are.
-  template <class Real>
-  static Real least(const Real* p) {
-    return joined(p, [](auto& all, const auto& other) {
-      all = ((all < other) | (other != other)) ? all : other;
-    });
-  }
-  template <class Real>
-  static Real greatest(const Real* p) {
-    return joined(p, [](auto& all, const auto& other) {
-      all = ((all > other) | (other != other)) ? all : other;
-    });
+  // The least or the greatest of sixteen, NaN apart; NaN where all are.
+  template <bool greatest, class Real>
+  static Real outermost(const Real* p) {
+    typename FourOf<Real>::Type all, other;
+    const auto join = [&] {
+      all = ((greatest ? all > other : all < other) | (other != other)) ? all : other;
+    };
+    memcpy(&all, p, sizeof all);
+    for (int i = 4; i < 16; i += 4) {
+      memcpy(&other, p + i, sizeof other);
+      join();
+    }
+    pick<2, 3, 0, 1>(all, all, &other);
+    join();
+    pick<1, 0, 3, 2>(all, all, &other);
+    join();
+    return all[0];
   }
   // Of a comparison: all bits of a lane, or none.
   template <class T>
@@ -88,6 +120,12 @@ struct RegisterLanes {
   template <class T>
   static typename Register<T>::Type load(const T* p) {
     return *reinterpret_cast<const typename Register<T>::Type*>(p);
+  }
+  // So many lanes further on than p.
+  static typename Register<float>::Type further(const float* p, unsigned by) {
+    typename Register<float>::Type numbers;
+    memcpy(&numbers, p + by, sizeof numbers);
+    return numbers;
   }
   // Bits of sixteen lanes of type T: test(i) compares those of a register from lane i on.
   template <class T, class Test>
@@ -112,39 +150,31 @@ struct RegisterLanes {
       return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) < static_cast<std::int32_t>(value);
     });
   }
-  // Writes the value `count` times; eight or sixteen words are written.
-  static void fill(std::uint32_t value, int count, std::uint32_t* to) {
-    typedef std::uint32_t Words __attribute__((vector_size(register_bytes < 32 ? 16 : 32)));
-    const Words words = Words{} + value;
-    constexpr int lanes = sizeof words / sizeof value;
-    for (int i = 0; i < 8; i += lanes) memcpy(to + i, &words, sizeof words);
-    if (__builtin_expect(count > 8, false))
-      for (int i = 8; i < 16; i += lanes) memcpy(to + i, &words, sizeof words);
-  }
   static unsigned equals(const std::uint64_t* p, std::uint64_t value) {
     return Set::template bits<std::uint64_t>(
         [=](int i) { return Mask<std::uint64_t>(load(p + i) == value); });
   }
-  // See kernel_cells.h. No difference of bounds is NaN, but for unused places.
-  template <class BoxGroup, class Allowed>
-  static int meetBoxes(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
-                       std::uint32_t* row) {
+  // Bit i: box i overlaps the box with the bounds lower(axis, i) and upper(axis, i), of which no
+  // difference is NaN but for unused places. Bit 16 + i: a bound is equal to the opposite one.
+  template <class BoxGroup, class Lower, class Upper>
+  static std::uint32_t meetings(const BoxGroup& boxes, Lower lower, Upper upper) {
     using Floats = Register<float>;
-    using Slots = typename Register<std::uint32_t>::Type;  // unused places may hold anything
-    alignas(64) std::uint32_t words[16];
-    const unsigned hits = allowed(Set::template bits<float>([&](int i) {
+    alignas(64) float gap[16];
+    for (int i = 0; i < 16; i += Floats::lanes) {
       typename Floats::Type gaps[3];
       for (int axis = 0; axis < 3; ++axis)
-        gaps[axis] = Floats::greatest(load(boxes.lower[axis] + i) - own.upper[axis][lane],
-                                      own.lower[axis][lane] - load(boxes.upper[axis] + i));
-      const typename Floats::Type gap =
+        gaps[axis] = Floats::greatest(load(boxes.lower[axis] + i) - upper(axis, i),
+                                      lower(axis, i) - load(boxes.upper[axis] + i));
+      *reinterpret_cast<typename Floats::Type*>(gap + i) =
           Floats::greatest(Floats::greatest(gaps[0], gaps[1]), gaps[2]);
-      const Slots slots = load(boxes.slot + i);
-      *reinterpret_cast<Slots*>(words + i) = slots + slots - reinterpret_cast<Slots>(gap == 0);
-      return reinterpret_cast<Mask<float>>(gap <= 0);
-    }));
-    Set::compress(words, hits, row);
-    return __builtin_popcount(hits);
+    }
+    return Set::belowAndZero(gap);
+  }
+  // Which of p[0..15] are below zero; from bit 16 on which are zero.
+  static std::uint32_t belowAndZero(const float* p) {
+    const auto below = [=](int i) { return reinterpret_cast<Mask<float>>(load(p + i) < 0); };
+    const auto zero = [=](int i) { return reinterpret_cast<Mask<float>>(load(p + i) == 0); };
+    return Set::template bits<float>(below) | Set::template bits<float>(zero) << 16;
   }
   // Sixteen boxes to be tested against many.
   template <class Real>
@@ -165,22 +195,6 @@ struct RegisterLanes {
       });
     }
   };
-
- private:
-  template <class Real, class Join>
-  static Real joined(const Real* p, Join join) {
-    typename FourOf<Real>::Type all, other;
-    memcpy(&all, p, sizeof all);
-    for (int i = 4; i < 16; i += 4) {
-      memcpy(&other, p + i, sizeof other);
-      join(all, other);
-    }
-    pick<2, 3, 0, 1>(all, all, &other);
-    join(all, other);
-    pick<1, 0, 3, 2>(all, all, &other);
-    join(all, other);
-    return all[0];
-  }
 };
 
 }  // namespace
