@@ -184,7 +184,8 @@ void findPairs(const PairSearch<Real>& search, RowSpace& space) {
 }
 
 // Sorting networks on words in vectors of four: two vectors hold words to compare side by side, and
-// are shuffled to the next partners. SSE2 compares floats only, which these words are made.
+// are shuffled to the next partners. SSE2 compares floats only: words are made floats of 2 and
+// more, which has room for half a billion slots.
 struct FewWords {
 #if defined(__SSE2__) && !defined(__SSE4_1__)
   using Four = FourOf<float>::Type;
