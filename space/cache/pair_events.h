@@ -51,8 +51,8 @@ class PairNumbers {
 };
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
-// with the pairs of the next frame. A pair of both frames keeps its number; each other pair is an
-// event. The same loop writes the next copy. Threads share its pieces.
+// with the pairs of the next frame. A pair of both frames keeps its number and touch; each other
+// pair is an event. The same loop writes the next copy. Threads share its pieces.
 //
 // A pair that the next frame leaves out only because it rests does not end. It is kept apart, with
 // its number, until it is reported again or ends.

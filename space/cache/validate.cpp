@@ -64,7 +64,10 @@ void PairNumbers::validate(std::vector<Number> used) const {
 
 void PairEvents::validate() const {
   constexpr char invariant[] =
-      "pairs ascend, and the numbers of those that did not begin are those that did not end";
+      "pairs ascend, with touches if these are kept, and the numbers of those that did not begin "
+      "are "
+      "those that did not end";
+  mustHold(!keeps_touches_ || previous_.touches.size() == previous_.pairs.size(), invariant);
   for (std::size_t place = 1; place < previous_.pairs.size(); ++place)
     mustHold(previous_.pairs[place - 1] < previous_.pairs[place], invariant);
   const auto stayed = [&](const NumberedPairs& list, const Buffer<Unreported>& resting,

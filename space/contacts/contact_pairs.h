@@ -31,11 +31,12 @@ class ContactPairs {
   void add(const PairList& pairs, bool spaces, int threads);
 
   const Buffer<dParallelSAPPair>& list() const { return list_; }
-  // Whether none was reported already, and all firsts are known.
+  // Whether none was reported already, and all firsts are known that are wanted.
   bool isComplete() const { return is_complete_; }
   // Whether the list is the pairs of the scene; if not, firsts() has the places of these.
   bool isOfScene() const { return cursor_.has_value(); }
   const Buffer<std::size_t>& firsts() const { return *firsts_; }
+  bool knowsPlaces() const { return firsts_ || isOfScene(); }
   const Scene& scene() const { return scene_; }
   // Whether both geoms of the pair at a place, no less than in any call before, are still there.
   bool stays(std::size_t place);

@@ -1,4 +1,5 @@
-// The narrow phase: ODE's colliders on a list of pairs, by a team of threads.
+// The narrow phase: ODE's colliders on a list of pairs, by a team of threads; and what reduces the
+// contacts of a pair.
 #pragma once
 
 #include <ode/ode.h>
@@ -71,8 +72,9 @@ class NarrowPhase {
     return {shares_[found.thread].contacts.data() + found.first, found.count};
   }
   bool touches(std::size_t pair) const { return found_[pair].count != 0; }
-  // Ascending: the pairs that have a touch and none now, or the other way round.
-  const Buffer<std::size_t>& changed() const { return changed_; }
+  // Ascending, if run() got touches: the pairs that have a touch and none now, or the other way
+  // round.
+  const Buffer<Touch>& changed() const { return changed_; }
   std::size_t contacts() const;
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_, changed_); }
 
@@ -96,7 +98,7 @@ class NarrowPhase {
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
     Buffer<Waiting> heavy, own_collider, calling_thread;
-    Buffer<std::size_t> changed;
+    Buffer<Touch> changed;
     std::size_t bytes() const {
       return bytesOf(contacts, heavy, own_collider, calling_thread, changed);
     }
@@ -111,14 +113,14 @@ class NarrowPhase {
   void collide(const Job& job, const Waiting& waiting, int thread, ThreadCollider* own = nullptr);
   void noteTouch(const Job& job, std::size_t pair, bool touches, int thread) {
     if (job.touches && touches != (job.touches[pair] != no_touch))
-      shares_[thread].changed.push_back(pair);
+      shares_[thread].changed.push_back(static_cast<Touch>(pair));
   }
 
   std::vector<Share> shares_;  // by thread
   Buffer<Found> found_;        // by pair
   bool told_of_nan_ = false;
   Buffer<Waiting> waiting_;
-  Buffer<std::size_t> changed_;
+  Buffer<Touch> changed_;
 };
 
 // Both put the contacts that are kept first, in the order in which they were chosen, leave the

@@ -301,12 +301,13 @@ const Touch* Pipeline::touchesOf(const FrameCall& call, const ContactPairs& pair
              : nullptr;
 }
 
-// Of a frame whose pairs have numbers and whose contacts are all known.
+// Of a frame whose pairs have numbers and whose contacts are all known. Touches that the call
+// switched on begin in the next one.
 void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found) {
-  if (!touches_ || frame.call.scene.nested) return;
+  if (!touches_ || frame.call.scene.nested || !pairs.knowsPlaces()) return;
   frame.begin(&dParallelSAPStats::events_ms);
   if (!events_->hasEvents() || !pairs.isComplete() ||
-      !touches_->update(pairs, found, *events_, frame.plan.rules))
+      !touches_->update(pairs, found, *events_, frame.plan.rules, frame.plan.most_threads))
     complaints_.ofUnreportedEvents();
 }
 

@@ -4,9 +4,14 @@
 #include <new>
 #include <utility>
 
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
+
 namespace ode_parallel_sap {
 
 namespace {
+
+Region noting("touch events: places");
 
 std::size_t powerOfTwoFrom(std::size_t least) {
   std::size_t size = 1;
@@ -50,14 +55,14 @@ void TouchEvents::giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all)
 }
 
 bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-                         const PackRules& rules) try {
+                         const PackRules& rules, int threads) try {
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
   touching_ = PairEvents::touchingBit(geoms);
   takeOutlived(pairs);
   changed_.resizeDiscarding(0);
   next_within_.resizeDiscarding(0);
   if (contacts.isOfScene())
-    for (const std::size_t place : found.changed()) changed_.push_back(static_cast<Number>(place));
+    for (const Touch place : found.changed()) changed_.push_back(place);
   else
     listTouches(contacts, found, pairs);
   if (outlive_) listAgain(geoms, pairs);
@@ -66,7 +71,7 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
   begun_.reserve(changed_.size() + begun_within_);
   ended_.reserve(changed_.size() + ended_within_ + pairs.endedTouches().size());
   pairs.pool().reserve(begun_within_);
-  writeOwn(geoms, pairs);
+  writeOwn(geoms, pairs, threads);
   writeWithin(pairs.pool());
   sortByPlace(begun_);
   sortByPlace(ended_);
@@ -216,7 +221,7 @@ std::uintptr_t& TouchEvents::leftOf(const dxGeom* geom) {
 }
 
 // There is room for all events and numbers.
-void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
+void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs, int threads) {
   Touch* const touches = pairs.touches();
   const Number* again = again_.begin();
   for (const Number place : changed_) {
@@ -235,8 +240,12 @@ void TouchEvents::writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
       touches[place] = place;
     }
   }
-  for (std::size_t place = 0; place < pairs.pairs(); ++place)
-    touches[place] = touches[place] == no_touch ? no_touch : static_cast<Touch>(place);
+  const int team = teamFor(pairs.pairs(), grains::moved_pairs, threads);
+  runChunks(noting, team, pairs.pairs(), chunkOf(pairs.pairs(), chunk_pairs, team),
+            [&](const Range& range, int) {
+              for (std::size_t place = range.begin; place < range.end; ++place)
+                touches[place] = touches[place] == no_touch ? no_touch : static_cast<Touch>(place);
+            });
   for (const PairEvents::Event& touch : pairs.endedTouches()) ended_.push_back(touch);
   pairs.endedTouches().resizeDiscarding(0);
 }

@@ -29,7 +29,7 @@ class TouchEvents {
   // Compares what the narrow phase found with the touches of the last such frame. `pairs`: those of
   // this frame. False without memory: the touches stay for the next frame.
   bool update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-              const PackRules& rules);
+              const PackRules& rules, int threads);
   // No more frames come.
   void end(PairEvents& pairs);
 
@@ -67,7 +67,7 @@ class TouchEvents {
   void markPresent(dxGeom* geom);
   std::uintptr_t& leftOf(const dxGeom* geom);
   dxGeom* ifPresent(dxGeom* geom) { return leftOf(geom) & present ? geom : nullptr; }
-  void writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
+  void writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs, int threads);
   void writeWithin(PairNumbers& pool);
   static void giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all);
 

@@ -166,6 +166,26 @@ TEST_CASE("Events that are switched on begin what no other events have followed"
   CHECK(begun(pairs | touches) == std::pair(1, 1));
 }
 
+TEST_CASE("Touches that a callback switches on begin in the next collide", "[events]") {
+  const Space space;
+  dCreateSphere(dSimpleSpaceCreate(space), 1);
+  dCreateSphere(space, 1);
+  dParallelSAPSpaceSetEvents(space, dParallelSAPEventPairs);
+  dParallelSAPContactCallbacks callbacks =
+      dParallelSAPContactCallbacksOf([](void*, dGeomID, dGeomID, const dContactGeom*, int) {});
+  callbacks.spaces = [](void* data, dGeomID o1, dGeomID o2, void* pairs) {
+    dParallelSAPSpaceSetEvents(static_cast<dSpaceID>(data),
+                               dParallelSAPEventPairs | dParallelSAPEventTouches);
+    dSpaceCollide2(o1, o2, pairs, dParallelSAPAddPair);
+  };
+  const Messages messages;
+  for (const std::size_t begun : {0, 1}) {
+    dParallelSAPSpaceCollideContacts(space, dSpaceID(space), 1, &callbacks);
+    CHECK(begunTouchesOf(space).size() == begun);
+  }
+  CHECK(messages.all().empty());
+}
+
 TEST_CASE("Who asks for events that are off, or after another call, is told once", "[events]") {
   const auto said = [](int kinds, const char* word, auto ask) {
     const Space asked;
