@@ -9,6 +9,7 @@
 #include <new>
 #include <utility>
 
+#include "space/contacts/reducers.h"
 #include "space/facts/facts.h"
 #include "space/finders/extraction.h"
 #include "space/geoms/geom_tests.h"

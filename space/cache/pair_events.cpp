@@ -84,8 +84,8 @@ void PairEvents::updateUnknown() {
   has_events_ = false;
 }
 
-// The events of the last frame are over, and the numbers of its ended pairs free. writeEvents() has
-// made room.
+// The events of the last frame are over, and the numbers of its ended pairs free, except where
+// nobody reported that the touch ended. writeEvents() has made room.
 void PairEvents::freeNumbers() {
   const auto isBefore = [](const Event& a, const Event& b) { return a.number < b.number; };
   std::sort(ended_touches_.begin(), ended_touches_.end(), isBefore);
@@ -203,8 +203,9 @@ void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const
     const Pair reported = previous < previous_end ? previous_.pairs[previous] : ~Pair{0};
     const Pair rested = resting < resting_end ? resting->pair : ~Pair{0};
     if (rested < next && rested < reported) {
-      changes.unreported.push_back(*resting);
-      changes.unreported[changes.unreported.size() - 1].state = stateOf(rested);
+      Unreported unreported = *resting;
+      unreported.state = stateOf(rested);
+      changes.unreported.push_back(unreported);
       ++resting;
     } else if (reported < next) {
       changes.unreported.push_back(

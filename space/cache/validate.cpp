@@ -64,9 +64,8 @@ void PairNumbers::validate(std::vector<Number> used) const {
 
 void PairEvents::validate() const {
   constexpr char invariant[] =
-      "pairs ascend, with touches if these are kept, and the numbers of those that did not begin "
-      "are "
-      "those that did not end";
+      "pairs ascend, each has a touch if these are kept, and the numbers of those that did not "
+      "begin are those that did not end";
   mustHold(!keeps_touches_ || previous_.touches.size() == previous_.pairs.size(), invariant);
   for (std::size_t place = 1; place < previous_.pairs.size(); ++place)
     mustHold(previous_.pairs[place - 1] < previous_.pairs[place], invariant);

@@ -31,7 +31,7 @@ class ContactPairs {
   void add(const PairList& pairs, bool spaces, int threads);
 
   const Buffer<dParallelSAPPair>& list() const { return list_; }
-  // Whether none was reported already, and all firsts are known that are wanted.
+  // Whether none was reported already, and no first that was asked for is missing.
   bool isComplete() const { return is_complete_; }
   // Whether the list is the pairs of the scene; if not, firsts() has the places of these.
   bool isOfScene() const { return cursor_.has_value(); }

@@ -6,6 +6,7 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/contacts/contact_pairs.h"
+#include "space/contacts/reducers.h"
 #include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {

@@ -1,4 +1,4 @@
-#include "space/contacts/narrow_phase.h"
+#include "space/contacts/reducers.h"
 
 #include <algorithm>
 #include <cmath>
