@@ -60,6 +60,12 @@ TEST_CASE("A touch has the place and number of its pair, whatever pairs the spac
     REQUIRE(begun.size() == 6);  // one in the sub-space, four with it
     CHECK(begun[3] == Event{first, last, 1, 1});
     CHECK(begun[3] == pairs[1]);
+    // The one in the sub-space is added twice, and lasts and ends as one.
+    dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+    CHECK(begunTouchesOf(space).empty());
+    callbacks.flags = [](void*, dGeomID, dGeomID) { return 0; };
+    dParallelSAPSpaceCollideContacts(space, nullptr, 0, &callbacks);
+    CHECK(endedTouchesOf(space).size() == 6);
   }
 }
 

@@ -392,6 +392,7 @@ TEST_CASE("Where a trace cannot be written, one message says so and the program 
           "[trace]") {
   const Folder folder;
   const dSpaceID space = boxes(20);
+  REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "before").c_str(), 1) == 1);
   {
     const Messages messages;
     REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "none/trace").c_str(), 1) == 0);
