@@ -31,6 +31,11 @@ int watchTriangle(dGeomID, dGeomID, int triangle) {
   return triangle % 5 != 0;
 }
 
+int mergeTriangles(dGeomID, int first, int second) {
+  noteUserCode();
+  return std::min(first, second);
+}
+
 // A sphere of radius 0.6, which knows spheres only by their centres and radii and boxes by theirs.
 int collideUserSphere(dGeomID o1, dGeomID o2, int flags, dContactGeom* contact, int) {
   noteUserCode();
@@ -201,6 +206,12 @@ const struct {
      [](Heights&) {
        const dGeomID torus = createTorus();
        dGeomTriMeshSetCallback(torus, watchTriangle);
+       return torus;
+     }},
+    {"merging torus",
+     [](Heights&) {
+       const dGeomID torus = createTorus();
+       dGeomTriMeshSetTriMergeCallback(torus, mergeTriangles);
        return torus;
      }},
     {"coherent torus",

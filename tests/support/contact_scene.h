@@ -50,6 +50,7 @@ enum class Kind {
   Convex,
   Torus,
   WatchedTorus,   // with a triangle callback
+  MergingTorus,   // with one that merges triangles
   CoherentTorus,  // with temporal coherence for spheres, boxes and capsules
   Ray,
   Transform,  // a box in a dGeomTransform
