@@ -275,11 +275,13 @@ const CreateSpace kHash = dHashSpaceCreate;
 const Around kArounds[] = {
     {}, {kOurs}, {kOurs, kOurs}, {kSimple}, {kHash, kSimple}, {kOurs, kSimple}, {kSimple, kOurs}};
 
-// Swept spaces with two balls each, and what is around them within `parent`.
+// Swept spaces with two balls each, and what is around them within `parent`. Spaces of ours are
+// swept, too, and the outermost one has one of the balls.
 struct Nest {
   Nest(dSpaceID parent, const Around& around, dWorldID world, std::size_t number) {
     for (const auto create : around) {
       parent = create(parent);
+      if (create == kOurs) dParallelSAPSpaceSetSweptBounds(parent, kStep);
       if (!outermost) outermost = asGeom(parent);
     }
     swept = dParallelSAPSpaceCreate(nullptr);
@@ -287,7 +289,10 @@ struct Nest {
     dSpaceAdd(parent, asGeom(swept));  // it comes with what it has
     if (!outermost) outermost = asGeom(swept);
     setNumber(outermost, number);
-    for (std::size_t i = 0; i < 2; ++i) balls.push_back(makeBall(swept, world, 10 * number + i));
+    const bool has_ball = !around.empty() && around[0] == kOurs;
+    for (std::size_t i = 0; i < 2; ++i)
+      balls.push_back(makeBall(i && has_ball ? reinterpret_cast<dSpaceID>(outermost) : swept, world,
+                               10 * number + i));
   }
   Bounds box() const {
     Bounds box = boxOf(balls[0], kStep);
