@@ -49,6 +49,14 @@ constexpr std::size_t least_mapped = std::size_t{1} << 16;
 // asking for them ahead cost a third of a report that only counts, at 1,000,000 it saved a third.
 constexpr std::size_t far_slots = std::size_t{1} << 18;
 
+// With so many threads they look up the geoms of pairs before the report: on 16 it took 0.75 of the
+// time (4.6 million pairs), on 4 1.15.
+constexpr int least_resolving_threads = 8;
+
+// Pairs whose geoms they look up at a time, 16 MB. With a quarter the report took 1.1 times as
+// long, with eight times as many as long.
+constexpr std::size_t resolved_pairs = std::size_t{1} << 20;
+
 // Devices read boxes while others are packed: 7/8 of those that are left at a time, as to pack one
 // takes ten times as long as to read it, while the rest is at least so many, read in 4 us. A round
 // number.
@@ -170,7 +178,7 @@ constexpr Grain scene = {1024, Grain::further, 4096};
 constexpr Grain slots = {1024, Grain::further};         // whose geoms are read
 constexpr Grain items = {1024, Grain::whole};           // pairs for the program, slots for sorts
 constexpr Grain cells = {256, Grain::whole};            // of sixteen boxes, or words of 64 slots
-constexpr Grain changed_boxes = {512, Grain::further};  // that meet trees of all others
+constexpr Grain changed_boxes = {64, Grain::further};   // that meet trees of all others
 constexpr Grain box_tests = {1 << 18, Grain::further};  // of two boxes, by brute force
 constexpr Grain tested_pairs = {8192, Grain::further};
 constexpr Grain moved_pairs = {8192, Grain::whole};  // sorted, or copied to another list

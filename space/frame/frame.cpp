@@ -360,7 +360,12 @@ void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCall
     return last_stage_->report(frame, pairs, data, callback);
   }
   const Reports::Open open(frame.call.scene.reports);
-  reportPairs(pairs, frame.call.scene, frame.call.lists.large->limit,
+  LargeLists& lists = *frame.call.lists.large;
+  if (isWorthResolving(frame.call.scene, frame.plan.threads) &&
+      hasRoom(frame.call.lists, std::min(resolved_pairs, pairs.size())))
+    return reportResolved(pairs, frame.call.scene, frame.plan.threads, lists.contact_pairs.data(),
+                          lists.limit, data, callback);
+  reportPairs(pairs, frame.call.scene, lists.limit,
               [=](Pair, std::size_t, dxGeom* a, dxGeom* b) { callback(data, a, b); });
 }
 

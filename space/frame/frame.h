@@ -30,7 +30,7 @@ struct LargeLists {
   Buffer<Pair> contact_slots;  // of these or the spaces that they are in, if any is in one
   Buffer<std::size_t> contact_firsts;
   NarrowPhase narrow_phase;
-  const Pair* limit = nullptr;  // of reportPairs()
+  const void* limit = nullptr;  // of reportUnchanged()
   Buffer<Pair> last_resort;     // of collideWithoutMemory()
 
   std::size_t bytes() const {

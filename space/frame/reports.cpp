@@ -7,7 +7,36 @@
 
 namespace ode_parallel_sap {
 
-static Region handing_out("pairs in blocks: blocks");
+static Region handing_out("pairs in blocks: blocks"), resolving("report: geoms");
+
+void reportResolved(const PairList& pairs, const Scene& scene, int threads, dParallelSAPPair* room,
+                    const void*& limit, void* data, dNearCallback* callback) {
+  const std::size_t count = pairs.size();
+  std::size_t first = 0;
+  for (bool same = true; same && first < count;) {
+    const std::size_t size = std::min(resolved_pairs, count - first);
+    runTeam(resolving, teamFor(size, grains::moved_pairs, threads), [&](int thread, int team) {
+      const Range own = ownPart(size, thread, team);
+      dParallelSAPPair* to = room + own.begin;
+      PairCursor(pairs).read(first + own.begin, first + own.end,
+                             [&](const Pair* begin, const Pair* end) {
+                               to = resolve(begin, end, scene.slots.data(), to);
+                             });
+    });
+    const dParallelSAPPair* pair = room;
+    same = reportUnchanged(ResolvedPairs(), pair, room + size, /*far=*/true, scene.reports, limit,
+                           [=](const dParallelSAPPair*, const dParallelSAPPair& geoms) {
+                             callback(data, geoms.o1, geoms.o2);
+                           });
+    first += static_cast<std::size_t>(pair - room);
+  }
+  PairCursor(pairs).read(first, count, [&](const Pair* begin, const Pair* end) {
+    for (const Pair* pair = begin; pair < end; ++pair) {
+      dxGeom *const a = scene.slots[earlierOf(*pair)], *const b = scene.slots[laterOf(*pair)];
+      if (a && b) callback(data, a, b);
+    }
+  });
+}
 
 void PairBlock::add(void* block, dGeomID o1, dGeomID o2) {
   PairBlock& self = *static_cast<PairBlock*>(block);

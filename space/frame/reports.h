@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "space/base/pair_list.h"
+#include "space/base/parallel.h"
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/frame/statistics.h"
@@ -26,53 +27,98 @@ inline void prefetchForCallback(const dxGeom* far, const dxGeom* near) {
   if (reinterpret_cast<std::uintptr_t>(near->data) >= least_address) prefetch(near->data);
 }
 
-// Calls call(pair, place, a, b) for all pairs of the scene, in their order. A callback that reads
-// its geoms causes a cache miss a pair. Prefetching slows down one that only counts. The time of
-// the first pairs of each stretch decides. In large scenes addresses of geoms are prefetched in any
-// case. Geoms that come or leave make `limit` null: then pairs of geoms that left are skipped.
-template <class Call>
-void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, Call call) {
-  constexpr std::ptrdiff_t step = prefetch_distance / 2, stretch_pairs = chunk_pairs;
+// How far ahead of the callback pairs are asked for, and of these the geoms.
+constexpr std::ptrdiff_t pairs_ahead = 16 * prefetch_distance,
+                         geoms_ahead = prefetch_distance / 2;  // once for what a geom refers to
+
+// Pairs of slots, whose geoms are in a table.
+struct PairsBySlot {
+  dxGeom* const* geoms;
+
+  dParallelSAPPair of(const Pair* pair) const {
+    return {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
+  }
+  void ask(const Pair* pair, bool reads) const {
+    prefetch(pair + pairs_ahead);
+    prefetch(&geoms[laterOf(pair[4 * geoms_ahead])]);
+    if (reads)
+      prefetchForCallback(geoms[laterOf(pair[2 * geoms_ahead])], geoms[laterOf(pair[geoms_ahead])]);
+  }
+};
+
+// Pairs whose geoms threads have looked up.
+struct ResolvedPairs {
+  dParallelSAPPair of(const dParallelSAPPair* pair) const { return *pair; }
+  void ask(const dParallelSAPPair* pair, bool reads) const {
+    prefetch(pair + pairs_ahead / 4);
+    if (reads) prefetchForCallback(pair[2 * geoms_ahead].o2, pair[geoms_ahead].o2);
+  }
+};
+
+// Calls call(pair, geoms) from `pair` on, while no geom comes or leaves: that makes `limit` null. A
+// callback that reads its geoms causes a cache miss a pair. Prefetching slows down one that only
+// counts. The time of the first pairs of each stretch decides. `far`: addresses of pairs and geoms
+// are prefetched in any case. False if pairs are left.
+template <class Pairs, class Entry, class Call>
+bool reportUnchanged(const Pairs& pairs, const Entry*& pair, const Entry* end, bool far,
+                     const Reports& reports, const void*& limit, Call call) {
+  constexpr std::ptrdiff_t stretch_pairs = chunk_pairs;
   constexpr std::ptrdiff_t tried_pairs = stretch_pairs / 32;  // as they wait; enough for a clock
-  constexpr std::ptrdiff_t pairs_ahead = 16 * prefetch_distance;
-  const bool is_large = scene.slots.size() >= far_slots;
-  const auto setLimit = [&](const Pair* end) { limit = scene.reports.changed() ? nullptr : end; };
-  dxGeom* const* const geoms = scene.slots.data();
+  const auto setLimit = [&](const Entry* to) { limit = reports.changed() ? nullptr : to; };
+  while (end - pair > tried_pairs && !reports.changed()) {
+    const Entry *const tried = pair + tried_pairs, *const stretch =
+                                                       pair + std::min(end - pair, stretch_pairs);
+    // The callback is not to wait for what threads that found the pairs have in their caches.
+    for (const Entry* next = pair; next < tried; ++next) {
+      const dParallelSAPPair geoms = pairs.of(next);
+      asm volatile("" : : "r"(geoms.o1), "r"(geoms.o2));
+    }
+    const Clock::time_point before = Clock::now();
+    for (setLimit(tried); pair < limit; ++pair) call(pair, pairs.of(pair));
+    const bool reads =
+        milliseconds(before, Clock::now()) > least_callback_ms * static_cast<double>(tried_pairs);
+    if ((reads || far) && end - pair > pairs_ahead) setLimit(std::min(stretch, end - pairs_ahead));
+    for (; pair < limit; ++pair) {
+      pairs.ask(pair, reads);
+      call(pair, pairs.of(pair));
+    }
+    for (setLimit(stretch); pair < limit; ++pair) call(pair, pairs.of(pair));
+  }
+  for (setLimit(end); pair < limit; ++pair) call(pair, pairs.of(pair));
+  return pair == end;
+}
+
+// Calls call(pair, place, a, b) for all pairs of the scene, in their order, but for those of geoms
+// that left meanwhile.
+template <class Call>
+void reportPairs(const PairList& pairs, const Scene& scene, const void*& limit, Call call) {
   std::size_t first = 0;  // the place of the run's first pair
   for (const PairList::Run& run : pairs.runs) {
     const Pair *pair = run.begin(), *const end = run.end();
-    const auto report = [&](const Pair* next) {
-      call(*next, first + static_cast<std::size_t>(next - run.begin()), geoms[earlierOf(*next)],
-           geoms[laterOf(*next)]);
+    const auto placeOf = [&](const Pair* next) {
+      return first + static_cast<std::size_t>(next - run.begin());
     };
-    while (end - pair > tried_pairs && !scene.reports.changed()) {
-      const Pair *const tried = pair + tried_pairs, *const stretch =
-                                                        pair + std::min(end - pair, stretch_pairs);
-      // The callback is not to wait for what threads that found the pairs have in their caches.
-      for (const Pair* next = pair; next < tried; ++next)
-        asm volatile("" : : "r"(geoms[earlierOf(*next)]), "r"(geoms[laterOf(*next)]));
-      const Clock::time_point before = Clock::now();
-      for (setLimit(tried); pair < limit; ++pair) report(pair);
-      const bool reads =
-          milliseconds(before, Clock::now()) > least_callback_ms * static_cast<double>(tried_pairs);
-      if ((reads || is_large) && end - pair > pairs_ahead)
-        setLimit(std::min(stretch, end - pairs_ahead));
-      for (; pair < limit; ++pair) {
-        prefetch(pair + pairs_ahead);
-        prefetch(&geoms[laterOf(pair[4 * step])]);
-        if (reads) prefetchForCallback(geoms[laterOf(pair[2 * step])], geoms[laterOf(pair[step])]);
-        report(pair);
-      }
-      for (setLimit(stretch); pair < limit; ++pair) report(pair);
-    }
-    for (setLimit(end); pair < limit; ++pair) report(pair);
+    reportUnchanged(PairsBySlot{scene.slots.data()}, pair, end, scene.slots.size() >= far_slots,
+                    scene.reports, limit, [&](const Pair* next, const dParallelSAPPair& geoms) {
+                      call(*next, placeOf(next), geoms.o1, geoms.o2);
+                    });
     for (; __builtin_expect(pair < end, 0); ++pair) {  // the loops before need all registers
       dxGeom *const a = scene.slots[earlierOf(*pair)], *const b = scene.slots[laterOf(*pair)];
-      if (a && b) call(*pair, first + static_cast<std::size_t>(pair - run.begin()), a, b);
+      if (a && b) call(*pair, placeOf(pair), a, b);
     }
     first += run.size();
   }
 }
+
+// Whether threads had better look up the geoms, whose table is in no core's own caches. They need
+// so much longer for that than the calling thread that a few are not enough.
+inline bool isWorthResolving(const Scene& scene, int threads) {
+  return (scene.slots.size() >= far_slots && threads >= least_resolving_threads) ||
+         (threads > 1 && teamsAreTested());
+}
+// The same, with `room` for resolved_pairs, that threads look up at a time.
+void reportResolved(const PairList& pairs, const Scene& scene, int threads, dParallelSAPPair* room,
+                    const void*& limit, void* data, dNearCallback* callback);
 
 // The arguments of dParallelSAPSpaceCollidePairs.
 struct PairsRequest {

@@ -9,8 +9,8 @@
 
 namespace ode_parallel_sap {
 
-static Region assigning("cell order: regions"), dealing("cell order: centres"),
-    halving("cell order: halves");
+static Region splitting("cell order: sample"), assigning("cell order: regions"),
+    dealing("cell order: centres"), halving("cell order: halves");
 
 template <class Real>
 void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
@@ -89,32 +89,66 @@ Centre CellOrder<Real>::centreIn(const Regions& regions, const BasicBox<Real>& b
   return centre;
 }
 
-// Makes a split, and those below it down to `count` regions, two or more, from `first` on.
+// Makes a split of a class's sample, whose centres it sorts by their halves. Returns the middle.
 template <class Real>
-void CellOrder<Real>::splitSample(std::uint32_t split, std::uint32_t first, std::uint32_t count,
-                                  Centre* begin, Centre* end) {
-  Split own = {0, 0, count == 2 ? first : static_cast<std::uint32_t>(splits_.size())};
-  if (count > 2) splits_.resize(splits_.size() + 2);
-  Centre* const middle = begin + (end - begin) / 2;
-  if (begin < end) {
-    float widest = -1;
+Centre* CellOrder<Real>::splitSample(const SamplePart& part) {
+  const Regions& regions = regions_[part.of];
+  const bool leads_to_regions = 2 * part.split >= regions.count;
+  const std::uint32_t below = leads_to_regions ? regions.first + 2 * part.split - regions.count
+                                               : regions.root + 2 * part.split - 1;
+  Centre *const begin = part.begin, *const end = part.end,
+                *const middle = begin + (end - begin) / 2;
+  Split& split = splits_[regions.root + part.split - 1] = {0, below << axis_bits};
+  if (begin == end) return middle;
+  float low[3], high[3];
+  for (int axis = 0; axis < 3; ++axis) low[axis] = high[axis] = begin->at[axis];
+  for (const Centre* centre = begin; centre < end; ++centre)
     for (int axis = 0; axis < 3; ++axis) {
-      const auto before = [=](const Centre& a, const Centre& b) { return a.at[axis] < b.at[axis]; };
-      const auto [least, most] = std::minmax_element(begin, end, before);
-      if (!(most->at[axis] - least->at[axis] > widest)) continue;
-      widest = most->at[axis] - least->at[axis];
-      own.axis = axis;
+      low[axis] = std::min(low[axis], centre->at[axis]);
+      high[axis] = std::max(high[axis], centre->at[axis]);
     }
-    const int axis = own.axis;
-    std::nth_element(begin, middle, end, [=](const Centre& a, const Centre& b) {
-      return a.at[axis] != b.at[axis] ? a.at[axis] < b.at[axis] : a.slot < b.slot;
-    });
-    own.at = middle->at[axis];
+  std::uint32_t widest = 0;
+  for (std::uint32_t axis = 1; axis < 3; ++axis)
+    if (high[axis] - low[axis] > high[widest] - low[widest]) widest = axis;
+  std::nth_element(begin, middle, end, [=](const Centre& a, const Centre& b) {
+    return a.at[widest] != b.at[widest] ? a.at[widest] < b.at[widest] : a.slot < b.slot;
+  });
+  split = {middle->at[widest], below << axis_bits | widest};
+  return middle;
+}
+
+// All splits of all classes, whose samples these are: the first ones on this thread.
+template <class Real>
+void CellOrder<Real>::splitSamples(std::vector<std::vector<Centre>>& samples, int threads) {
+  std::vector<SamplePart> parts;
+  std::size_t next = 0, sampled = 0;
+  for (std::uint32_t i = 0; i < samples.size(); ++i) {
+    if (regions_[i].count == 1) continue;
+    regions_[i].root = static_cast<std::uint32_t>(splits_.size());
+    splits_.resize(splits_.size() + regions_[i].count - 1);
+    parts.push_back({i, 1, samples[i].data(), samples[i].data() + samples[i].size()});
+    sampled += samples[i].size();
   }
-  splits_[split] = own;
-  if (count == 2) return;
-  splitSample(own.below, first, count / 2, begin, middle);
-  splitSample(own.below + 1, first + count / 2, count / 2, middle, end);
+  const auto halve = [this](const SamplePart& part, std::vector<SamplePart>& to) {
+    Centre* const middle = splitSample(part);
+    if (2 * part.split >= regions_[part.of].count) return;
+    to.push_back({part.of, 2 * part.split, part.begin, middle});
+    to.push_back({part.of, 2 * part.split + 1, middle, part.end});
+  };
+  const int team = teamFor(sampled, grains::slots, threads);
+  const std::size_t wanted = team > 1 ? 2 * static_cast<std::size_t>(team) : 1;
+  while (next < parts.size() && parts.size() - next < wanted) {
+    const SamplePart part = parts[next++];
+    halve(part, parts);
+  }
+  runChunks(splitting, team, parts.size() - next, 1, [&](const Range& range, int) {
+    std::vector<SamplePart> own = {parts[next + range.begin]};
+    while (!own.empty()) {
+      const SamplePart part = own.back();
+      own.pop_back();
+      halve(part, own);
+    }
+  });
 }
 
 // Gives each class as many regions as are worth a task. Few boxes are one, without a sample.
@@ -149,7 +183,7 @@ void CellOrder<Real>::layRegions(const BoxSet& boxes, int threads) {
   regions_.push_back({region_count_, region_count_, 0, {}, {}});
   splits_.clear();
   for (std::uint32_t region = 0; region <= region_count_; ++region)
-    splits_.push_back({0, std::numeric_limits<float>::quiet_NaN(), region});
+    splits_.push_back({std::numeric_limits<float>::quiet_NaN(), region << axis_bits});
   if (region_count_ == classes) return;
   std::vector<std::vector<Centre>> samples(classes);
   forSample<Real>(boxes, sampled_in_region * region_count_, [&](Slot slot) {
@@ -157,13 +191,7 @@ void CellOrder<Real>::layRegions(const BoxSet& boxes, int threads) {
     const std::size_t of = box_classes_.of(box);
     if (regions_[of].count > 1) samples[of].push_back(centreIn(regions_[of], box, slot));
   });
-  for (std::size_t i = 0; i < classes; ++i)
-    if (regions_[i].count > 1) {
-      regions_[i].root = static_cast<std::uint32_t>(splits_.size());
-      splits_.emplace_back();
-      splitSample(regions_[i].root, regions_[i].first, regions_[i].count, samples[i].data(),
-                  samples[i].data() + samples[i].size());
-    }
+  splitSamples(samples, threads);
 }
 
 // Puts the centres of each region in a row. Within a region they keep the order of their slots.
@@ -194,8 +222,9 @@ void CellOrder<Real>::dealIntoRegions(const BoxSet& boxes, int threads,
       // All go down side by side, as each step has to wait for the one before.
       for (std::uint32_t level = 1; level < most_regions_of_class_; level *= 2)
         for (std::size_t slot = begin; slot < end; ++slot) {
-          const Split& split = splits_[order_[slot]];
-          order_[slot] = split.below + (of_slot[slot].at[split.axis] >= split.at);
+          const Split split = splits_[order_[slot]];
+          order_[slot] = (split.below_axis >> axis_bits) +
+                         (of_slot[slot].at[split.below_axis & axis_mask] >= split.at);
         }
       for (std::size_t slot = begin; slot < end; ++slot) ++counts[order_[slot]];
     }

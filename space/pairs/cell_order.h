@@ -9,6 +9,8 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -34,11 +36,16 @@ inline Real centreOf(const BasicBox<Real>& box, int axis) {
 // of theirs shows, as places are multiples of the golden ratio.
 template <class Real, class Visit>
 void forSample(const BoxSet& boxes, std::size_t most, Visit visit) {
+  const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   const std::size_t count = std::min(boxes.size, most);
-  for (std::size_t i = 0; i < count; ++i) {
+  const auto slotOf = [&](std::size_t i) -> std::size_t {
     const std::uint64_t place = static_cast<std::uint32_t>(i) * 0x9e3779b9u;
-    const std::size_t slot = count == boxes.size ? i : place * boxes.size >> 32;
-    if (isActive(boxesOf<Real>(boxes)[slot])) visit(static_cast<Slot>(slot));
+    return count == boxes.size ? i : place * boxes.size >> 32;
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    prefetch(&box[slotOf(std::min(i + prefetch_distance, count - 1))]);
+    const std::size_t slot = slotOf(i);
+    if (isActive(box[slot])) visit(static_cast<Slot>(slot));
   }
 }
 
@@ -108,15 +115,21 @@ class CellOrder {
   };
   // The first ones stand for the regions, by number, and lead to themselves.
   struct Split {
-    int axis;
-    float at;             // of the upper half's least centre, or NaN
-    std::uint32_t below;  // the split of the lower half; the next one is the upper half's
+    float at;                  // of the upper half's least centre, or NaN
+    std::uint32_t below_axis;  // the split of the lower half, and the axis; the next is the upper's
+  };
+  static constexpr int axis_bits = 2;  // fixed: of three axes
+  static constexpr std::uint32_t axis_mask = (1u << axis_bits) - 1;
+  // Centres of a class that a split divides. Below split i, counted from 1, are 2 i and 2 i + 1.
+  struct SamplePart {
+    std::uint32_t of, split;
+    Centre *begin, *end;
   };
 
   Centre centreIn(const Regions& regions, const BasicBox<Real>& box, Slot slot) const;
   void layRegions(const BoxSet& boxes, int threads);
-  void splitSample(std::uint32_t split, std::uint32_t first, std::uint32_t count, Centre* begin,
-                   Centre* end);
+  Centre* splitSample(const SamplePart& part);
+  void splitSamples(std::vector<std::vector<Centre>>& samples, int threads);
   void dealIntoRegions(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
   void halveRegions(int threads);
 

@@ -13,9 +13,10 @@ namespace {
 
 Region writing("rows: pairs");
 
-// The first word of a block is where the one before it ends.
+// The first words of a block are where the two before it end, so that one is on its way from memory
+// while another is read.
 constexpr std::size_t block_words = row_block_bytes / sizeof(std::uint64_t);
-constexpr std::size_t block_pairs_held = block_words - 1;
+constexpr std::size_t block_head = 2, block_pairs_held = block_words - block_head;
 
 // Chunks of one frame: so many lines that are written to stay in the cache nearest to a thread.
 constexpr std::size_t most_chunks = 256;
@@ -37,30 +38,34 @@ std::uint64_t* RowTable::Space::addBlock(std::size_t chunk) {
   std::uint64_t* const end =
       storage_end - reinterpret_cast<std::uintptr_t>(storage_end) % row_block_bytes / 8;
   std::uint64_t* const block = end - room-- * block_words;
-  block[0] = reinterpret_cast<std::uintptr_t>(ends[chunk]);
+  const std::uint64_t* const before = ends[chunk];  // full
+  block[0] = reinterpret_cast<std::uintptr_t>(before);
+  block[1] = before ? before[-static_cast<std::ptrdiff_t>(block_words)] : 0;
   ++block_counts[chunk];
-  return block + 1;
+  return block + block_head;
 }
 
 std::size_t RowTable::Space::pairsOf(std::size_t chunk) const {
   if (block_counts[chunk] == 0) return 0;
   const std::size_t last = reinterpret_cast<std::uintptr_t>(ends[chunk] - 1) % row_block_bytes / 8;
-  return (block_counts[chunk] - 1) * block_pairs_held + last;
+  return (block_counts[chunk] - 1) * block_pairs_held + last + 1 - block_head;
 }
 
 template <class Use>
 void RowTable::Space::forPairs(std::size_t chunk, Use use) const {
   for (const std::uint64_t* end = ends[chunk]; end;) {
-    const std::size_t count = reinterpret_cast<std::uintptr_t>(end - 1) % row_block_bytes / 8;
-    const std::uint64_t* const block = end - 1 - count;
-    end = reinterpret_cast<const std::uint64_t*>(block[0]);
-    for (std::size_t i = 0; end && i < block_words; i += 8) prefetch(end - block_words + i);
+    const std::size_t last = reinterpret_cast<std::uintptr_t>(end - 1) % row_block_bytes / 8;
+    const std::uint64_t *const block = end - 1 - last, *const pairs = block + block_head,
+                               *const middle = pairs + (last + 1 - block_head) / 2;
+    const std::uint64_t* const ahead = reinterpret_cast<const std::uint64_t*>(block[1]);
+    for (std::size_t i = 0; ahead && i < block_words; i += 8) prefetch(ahead - block_words + i);
     // Pairs side by side often have the same slot, for which a processor would wait.
-    for (std::size_t i = 1; i <= count / 2; ++i) {
-      use(block[i]);
-      use(block[count / 2 + i]);
+    for (std::ptrdiff_t i = 0; i < middle - pairs; ++i) {
+      use(pairs[i]);
+      use(middle[i]);
     }
-    if (count % 2) use(block[count]);
+    if (end - middle > middle - pairs) use(end[-1]);
+    end = reinterpret_cast<const std::uint64_t*>(block[0]);
   }
 }
 
@@ -68,7 +73,7 @@ void RowTable::start(std::size_t slots, int threads) {
   slots_ = slots;
   chunk_bits_ = least_chunk_bits;
   while (slots >> chunk_bits_ >= most_chunks) ++chunk_bits_;
-  const std::size_t chunks = (slots >> chunk_bits_) + 1, mark_words = slots / 64 + 1;
+  const std::size_t chunks = (slots >> chunk_bits_) + 1;
   for (std::size_t thread = 0; thread < static_cast<std::size_t>(threads); ++thread) {
     if (thread == spaces_.size()) spaces_.push_back(std::make_unique<Space>());
     Space& space = *spaces_[thread];
@@ -79,7 +84,6 @@ void RowTable::start(std::size_t slots, int threads) {
     std::fill(space.block_counts.begin(), space.block_counts.end(), 0);
     space.next = space.ends.data();
     space.storage_used = space.room = 0;
-    space.slot_marks.growTo(mark_words + mark_words / 64 + 1, 0);
   }
 }
 
@@ -111,13 +115,11 @@ bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& spa
   const std::size_t count = end - begin + group_size;
   space.words.resizeDiscarding(count + longest + group_size);
   std::uint32_t* const words = space.words.data();
+  std::fill_n(words + (end - begin), group_size, 0);
   forPairs([&](std::uint64_t pair) {
     words[ends[(pair >> 33) - first]++] = static_cast<std::uint32_t>(pair);
   });
-  std::uint64_t* const marks = space.slot_marks.data();
-  return kernelSet().writeRows(
-      {words, ends, first, slots, words + count, marks, marks + slots_ / 64 + 1}, exact, begin,
-      end);
+  return kernelSet().writeRows({words, ends, first, slots, words + count}, exact, begin, end);
 }
 
 int RowTable::writePairs(bool exact, int threads, const PairTest* test, PairList& pairs) {

@@ -43,7 +43,7 @@ class RowTable {
     template <class Use>
     void forPairs(std::size_t chunk, Use use) const;
     std::size_t bytes() const {
-      return bytesOf(ends, block_counts, storage, words, row_ends, slot_marks);
+      return bytesOf(ends, block_counts, storage, words, row_ends);
     }
 
     Buffer<std::uint64_t*> ends;                 // of pairs, by chunk
@@ -52,7 +52,6 @@ class RowTable {
     std::size_t storage_used = 0, room = 0;      // blocks that the last one used has left
     // To write the pairs of chunks.
     Buffer<std::uint32_t> words, row_ends;
-    Buffer<std::uint64_t> slot_marks;
   };
 
   bool writeChunk(std::size_t chunk, bool exact, int threads, Space& space, Pair* begin, Pair* end);

@@ -148,7 +148,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
   const auto slotAt = [&](std::size_t i) {
     return all_changed ? static_cast<Slot>(i) : changed[i];
   };
-  const int most = teamFor(count, grains::changed_boxes, threads);
+  const int most = teamFor(count, grains::slots, threads);
   clearForTeam(apart, most);
   const bool some_twice = most > 1 && !all_changed;
   if (some_twice) {

@@ -268,62 +268,97 @@ inline void orderFew(const std::uint32_t* row, int count, std::uint32_t* to) {
   Few::write(b, to + 4);
 }
 
-// Sorts any number of words, of which no two name one slot. Clears the marks it sets: a bit for
-// each slot, and one for each 64 of these words.
-inline void orderMany(const std::uint32_t* row, std::size_t count, std::uint64_t* marks,
-                      std::uint64_t* marked_words, std::uint32_t* to) {
-  std::uint32_t least = ~0u, most = 0;  // of the words of marks
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t slot = row[i] >> 1, word = slot / 64;
-    marks[word] |= std::uint64_t{1} << slot % 64;
-    marked_words[word / 64] |= std::uint64_t{1} << word % 64;
-    least = word < least ? word : least;
-    most = word > most ? word : most;
+// Merges two runs, none empty, from both ends: neither step waits for the other's comparison.
+inline void mergeRuns(const std::uint32_t* a, const std::uint32_t* a_end, const std::uint32_t* b,
+                      const std::uint32_t* b_end, std::uint32_t* to) {
+  const std::ptrdiff_t shorter = a_end - a < b_end - b ? a_end - a : b_end - b;
+  std::uint32_t* to_end = to + (a_end - a) + (b_end - b);
+  for (std::ptrdiff_t i = 0; i < shorter; ++i) {
+    const bool a_first = *a<*b, a_last = a_end[-1]> b_end[-1];
+    *to++ = a_first ? *a : *b;
+    a += a_first;
+    b += !a_first;
+    *--to_end = a_last ? a_end[-1] : b_end[-1];
+    a_end -= a_last;
+    b_end -= !a_last;
   }
-  std::uint32_t* next = to;
-  for (std::uint32_t above = least / 64; above <= most / 64; ++above) {
-    for (std::uint64_t words = marked_words[above]; words; words &= words - 1) {
-      const std::uint32_t word = above * 64 + static_cast<std::uint32_t>(__builtin_ctzll(words));
-      for (std::uint64_t slots = marks[word]; slots; slots &= slots - 1)
-        *next++ = 2 * (word * 64 + static_cast<std::uint32_t>(__builtin_ctzll(slots)));
-      marks[word] = 0;
-    }
-    marked_words[above] = 0;
-  }
-  // The lowest bits were left behind.
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!(row[i] & 1)) continue;
-    std::size_t low = 0, high = count - 1;
-    while (low < high) {
-      const std::size_t middle = (low + high) / 2;
-      if (to[middle] < (row[i] & ~1u))
-        low = middle + 1;
+  while (to < to_end) *to++ = b == b_end || (a < a_end && *a < *b) ? *a++ : *b++;
+}
+
+// Sorts words by merging sorted sixteens. Returns where they are, in `row` or `room`; there sixteen
+// more words are written.
+inline std::uint32_t* orderSome(std::uint32_t* row, std::size_t count, std::uint32_t* room) {
+  for (std::size_t i = 0; i < count; i += group_size)
+    orderFew(row + i, static_cast<int>(count - i < group_size ? count - i : group_size), room + i);
+  std::uint32_t *from = room, *to = row;
+  for (std::size_t run = group_size; run < count; run *= 2) {
+    for (std::size_t i = 0; i < count; i += 2 * run) {
+      const std::size_t middle = i + run < count ? i + run : count;
+      const std::size_t end = i + 2 * run < count ? i + 2 * run : count;
+      if (middle == end)
+        memcpy(to + i, from + i, (end - i) * sizeof *to);
       else
-        high = middle;
+        mergeRuns(from + i, from + middle, from + middle, from + end, to + i);
     }
-    to[low] |= 1;
+    std::uint32_t* const merged = to;
+    to = from;
+    from = merged;
   }
+  return from;
+}
+
+// Sorts words by digits of eight bits at most. Returns where they are, in `row` or `room`.
+inline std::uint32_t* orderMany(std::uint32_t* row, std::size_t count, std::uint32_t* room) {
+  std::uint32_t all = 0;
+  for (std::size_t i = 0; i < count; ++i) all |= row[i];
+  int bits = 1;
+  while (std::uint64_t{all} >> bits) ++bits;
+  const int passes = (bits + 7) / 8, digit_bits = (bits + passes - 1) / passes;
+  const std::uint32_t digits = 1u << digit_bits;
+  std::uint32_t begins[4][256];
+  for (int pass = 0; pass < passes; ++pass) memset(begins[pass], 0, digits * sizeof(std::uint32_t));
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint32_t word = row[i];
+    for (int pass = 0; pass < passes; ++pass, word >>= digit_bits)
+      ++begins[pass][word & (digits - 1)];
+  }
+  std::uint32_t *from = row, *to = room;
+  for (int pass = 0; pass < passes; ++pass) {
+    std::uint32_t* const next = begins[pass];
+    std::uint32_t place = 0;
+    for (std::uint32_t digit = 0; digit < digits; ++digit) {
+      const std::uint32_t begin = place;
+      place += next[digit];
+      next[digit] = begin;
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      to[next[from[i] >> pass * digit_bits & (digits - 1)]++] = from[i];
+    std::uint32_t* const dealt = to;
+    to = from;
+    from = dealt;
+  }
+  return from;
 }
 
 // Writes eight pairs at a time. What is beyond a row's end is overwritten by the next row.
 bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uint64_t* pairs_end) {
   using Words = FourOf<std::uint32_t>::Type;
+  constexpr std::size_t some_words = 64;  // fixed: from there on digits are faster
   constexpr std::size_t step = 8;
   const RowChunk rows = chunk;  // what is written could change any other
   const std::uint32_t mark = exact ? 0 : 1;
   alignas(64) std::uint32_t few[group_size] = {};
   Words any{};
-  const std::uint32_t* row = rows.words;
+  std::uint32_t* row = rows.words;
   for (std::size_t i = 0; i < rows.slots; ++i) {
     const std::size_t count = rows.words + rows.ends[i] - row;
     if (count == 0) continue;
-    std::uint32_t* const to = count <= group_size ? few : rows.longest;
-    if (count <= group_size) {
-      orderFew(row, static_cast<int>(count), to);
-    } else {
-      orderMany(row, count, rows.marks, rows.marked_words, to);
-      memset(to + count, 0, step * sizeof *to);
-    }
+    const std::uint32_t* ordered = few;
+    if (count <= group_size)
+      orderFew(row, static_cast<int>(count), few);
+    else
+      ordered = (count <= some_words ? orderSome : orderMany)(row, count, rows.room);
+    if (ordered == rows.room) memset(rows.room + count, 0, step * sizeof *rows.room);
     row += count;
     const std::uint32_t earlier = static_cast<std::uint32_t>(rows.first + i);
     for (std::size_t k = 0; k < count; k += step) {
@@ -332,8 +367,8 @@ bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uin
                                     __builtin_expect(room >= step, true) ? pairs + k : last;
       for (std::size_t four = 0; four < step; four += 4) {
         Words words;
-        memcpy(&words, to + k + four, sizeof words);
-        any |= words;  // beyond the row, too, where words of other rows or unmarked ones are
+        memcpy(&words, ordered + k + four, sizeof words);
+        any |= words;  // of the chunk, if beyond the row
         const Words later = words >> 1, high = (words & mark) << 31 | earlier;
         pick<0, 4, 1, 5>(later, high, out + four);
         pick<2, 6, 3, 7>(later, high, out + four + 2);

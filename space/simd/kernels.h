@@ -68,15 +68,13 @@ struct RowSpace {
   ~RowSpace() = default;
 };
 
-// The pairs of a chunk: for each slot from `first` on a row of words, in no order, sixteen more
-// words may be read. `longest` has room for the longest row and sixteen words.
+// The pairs of a chunk: for each slot from `first` on a row of words, in no order, which is lost.
+// Sixteen more words may be read. `room` is that of the longest row and sixteen words.
 struct RowChunk {
-  const std::uint32_t* words;
+  std::uint32_t* words;
   const std::uint32_t* ends;  // of rows
   std::size_t first, slots;
-  std::uint32_t* longest;
-  // A bit each slot, and one each word of these; none is set between rows.
-  std::uint64_t *marks, *marked_words;
+  std::uint32_t* room;
 };
 
 // Cell i has the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most.
