@@ -30,12 +30,8 @@ void reportResolved(const PairList& pairs, const Scene& scene, int threads, dPar
                            });
     first += static_cast<std::size_t>(pair - room);
   }
-  PairCursor(pairs).read(first, count, [&](const Pair* begin, const Pair* end) {
-    for (const Pair* pair = begin; pair < end; ++pair) {
-      dxGeom *const a = scene.slots[earlierOf(*pair)], *const b = scene.slots[laterOf(*pair)];
-      if (a && b) callback(data, a, b);
-    }
-  });
+  reportRest(pairs, first, scene,
+             [=](Pair, std::size_t, dxGeom* a, dxGeom* b) { callback(data, a, b); });
 }
 
 void PairBlock::add(void* block, dGeomID o1, dGeomID o2) {

@@ -88,25 +88,30 @@ bool reportUnchanged(const Pairs& pairs, const Entry*& pair, const Entry* end, b
   return pair == end;
 }
 
-// Calls call(pair, place, a, b) for all pairs of the scene, in their order, but for those of geoms
-// that left meanwhile.
+// Calls call(pair, place, a, b) for the pairs from a place on whose geoms are both there.
+template <class Call>
+void reportRest(const PairList& pairs, std::size_t place, const Scene& scene, Call call) {
+  PairCursor(pairs).read(place, pairs.size(), [&](const Pair* begin, const Pair* end) {
+    for (const Pair* pair = begin; pair < end; ++pair, ++place) {
+      dxGeom *const a = scene.slots[earlierOf(*pair)], *const b = scene.slots[laterOf(*pair)];
+      if (a && b) call(*pair, place, a, b);
+    }
+  });
+}
+
+// The same for all pairs of the scene, in their order, but for those of geoms that left meanwhile.
 template <class Call>
 void reportPairs(const PairList& pairs, const Scene& scene, const void*& limit, Call call) {
   std::size_t first = 0;  // the place of the run's first pair
   for (const PairList::Run& run : pairs.runs) {
-    const Pair *pair = run.begin(), *const end = run.end();
-    const auto placeOf = [&](const Pair* next) {
-      return first + static_cast<std::size_t>(next - run.begin());
-    };
-    reportUnchanged(PairsBySlot{scene.slots.data()}, pair, end, scene.slots.size() >= far_slots,
-                    scene.reports, limit, [&](const Pair* next, const dParallelSAPPair& geoms) {
-                      call(*next, placeOf(next), geoms.o1, geoms.o2);
-                    });
-    for (; __builtin_expect(pair < end, 0); ++pair) {  // the loops before need all registers
-      dxGeom *const a = scene.slots[earlierOf(*pair)], *const b = scene.slots[laterOf(*pair)];
-      if (a && b) call(*pair, placeOf(pair), a, b);
-    }
-    first += run.size();
+    const Pair* pair = run.begin();
+    const bool same = reportUnchanged(
+        PairsBySlot{scene.slots.data()}, pair, run.end(), scene.slots.size() >= far_slots,
+        scene.reports, limit, [&](const Pair* next, const dParallelSAPPair& geoms) {
+          call(*next, first + static_cast<std::size_t>(next - run.begin()), geoms.o1, geoms.o2);
+        });
+    first += static_cast<std::size_t>(pair - run.begin());
+    if (!same) return reportRest(pairs, first, scene, call);
   }
 }
 
