@@ -318,6 +318,8 @@ void Driver::collideWithGeom() {
   }
   if (first == second) return collidePlain(first, objects_[first].geom);
   if (random.chance(0.3)) std::swap(first, second);
+  for (const int object : within(second))
+    if (random.chance(0.3)) changeUnasked(object, 0, random);
   log("collide2 " + std::to_string(first) + ", " + std::to_string(second));
   compareTwo(first, second);
 }

@@ -27,8 +27,6 @@ OverlapAnswers owedOverlaps(dSpaceID space, const Probes& probes, int flags,
 
 // Bit for bit: "" or where they differ.
 std::string difference(const OverlapAnswers& got, const OverlapAnswers& owed);
-std::string wrongOverlaps(dSpaceID space, const Probes& probes, int flags,
-                          const OverlapAnswers& owed);
 
 // The other kind of query beside RayBatch: probes in no space or in another one.
 struct ProbeBatch {
