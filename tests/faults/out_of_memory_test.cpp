@@ -12,7 +12,6 @@
 #include <cstring>
 #include <ctime>
 #include <limits>
-#include <map>
 #include <new>
 #include <string>
 #include <utility>
@@ -23,7 +22,6 @@
 #include "support/configurations.h"
 #include "support/events_oracle.h"
 #include "support/knobs.h"
-#include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/rules_oracle.h"
@@ -544,30 +542,6 @@ TEST_CASE("Where one allocation fails the frame begins anew, and the next one ke
   CHECK(said.in_parts == 0);
 }
 
-// Large allocations fail, or all of them.
-TEST_CASE("Where memory ends pairs are found in parts, all of them in their order", "[memory]") {
-  const Said said;
-  Boxes mixed = denseCube(900, 11);
-  for (const Boxes& more : {onePlace(300, 12), denseCube(300, 13)})
-    mixed.insert(mixed.end(), more.begin(), more.end());
-  mixed[700] = {{-1e30, -2, -2}, {1e30, 2, 2}};
-  for (const std::size_t least : {0, 10000, 40000}) {
-    const Space space;
-    World world(space);
-    world.addBoxes(mixed);
-    for (std::size_t i = 0; i < mixed.size(); i += 50) dGeomDisable(world.geoms()[i]);
-    Report report(200000);
-    {
-      const Allocations allocations(0, true, least);
-      dSpaceCollide(space, &report, Report::addPair);
-    }
-    INFO("from " << least << " bytes on");
-    CHECK(statsOf(space).method == dParallelSAPMethodBruteForce);
-    CHECK(difference(report.pairs(), expectedPairs(world.geoms())) == "");
-  }
-  CHECK(said.in_parts == 3);
-}
-
 TEST_CASE(
     "Where large allocations fail a frame's time is linear, and at most twelve times a whole one",
     "[memory]") {
@@ -604,47 +578,6 @@ TEST_CASE(
   const double far = sizeof(dReal) > sizeof(float) ? timeOf(20000, 1e10, true) : many;
   INFO(far / many << " times as long if half of them are far away");
   CHECK(far < 3 * many);
-}
-
-TEST_CASE("Without memory no pair is reported of a geom that the callback disabled", "[memory]") {
-  const Said said;
-  const Space space;
-  World world(space);
-  for (int i = 0; i < 300; ++i) world.addBox({{0, 0, 0}, {1, 1, 1}});
-  for (int frame = 0; frame < 2; ++frame) {
-    for (const dGeomID geom : world.geoms()) dGeomEnable(geom);
-    dGeomDisable(world.geoms()[7]);
-    std::size_t pairs = 0;
-    {
-      const Allocations allocations(0, true);
-      dSpaceCollide(space, &pairs, [](void* data, dGeomID a, dGeomID b) {
-        countPair(data, a, b);
-        dGeomDisable(a);
-      });
-    }
-    CHECK(Allocations::failed() > 0);
-    CHECK(pairs == 298);
-    CHECK(said.in_parts == 1);
-    const dParallelSAPStats stats = statsOf(space);
-    CHECK(stats.method == dParallelSAPMethodBruteForce);
-    CHECK(stats.moved == (frame == 0 ? 300 : 0));
-    CHECK(stats.disabled == 1);
-    CHECK(stats.pairs == 298);
-    CHECK(stats.candidates == 298);
-    CHECK(stats.kept == 0);
-    CHECK(stats.unbounded == 0);
-  }
-  dParallelSAPSpaceSetSkipStatic(space, 1);  // no rule of queries
-  const dGeomID probe = dCreateBox(nullptr, 1, 1, 1);
-  for (const dGeomID geom : world.geoms()) dGeomEnable(geom);
-  std::size_t hits = 0;
-  {
-    const Allocations allocations(0, true);
-    dSpaceCollide2(asGeom(space), probe, &hits, countPair);
-  }
-  CHECK(Allocations::failed() > 0);
-  CHECK(hits == 300);
-  dGeomDestroy(probe);
 }
 
 #if !ADDRESS_SANITIZER && !THREAD_SANITIZER

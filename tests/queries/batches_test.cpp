@@ -19,7 +19,6 @@
 #include "support/knobs.h"
 #include "support/nested_scene.h"
 #include "support/ode_errors.h"
-#include "support/oracle.h"
 #include "support/overlap_oracle.h"
 #include "support/ray_oracle.h"
 #include "support/recorder.h"
@@ -94,43 +93,6 @@ struct BoxesAndBatch {
 };
 
 }  // namespace
-
-TEMPLATE_TEST_CASE("Queries meet what a loop over dCollide meets, in every scene and as it moves",
-                   "[rays][overlaps]", RayBatch, ProbeBatch) {
-  const std::uint64_t seed = seedOr(501);
-  for (const WorldScene& scene : worldScenes())
-    for (const std::size_t n : {1, 100, 700}) {
-      if (n > scene.most) continue;
-      const Space space;
-      World world(space);
-      scene.populate(world, n, seed);
-      Random random(seed);
-      TestType batch(80, random);
-      dParallelSAPSpaceSetCullPlanes(space, n == 100);
-      std::size_t meeting = 0;
-      for (const double distance : {0.0, 0.01, 3.0}) {
-        batch.moveTo(world.geoms());
-        if (distance > 0) world.jitter(distance, random.bits());
-        INFO(scene.name << ", " << n << " geoms, moved by " << distance
-                        << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-        meeting += requireOwed(space, world.geoms(), batch, batch.someFlags());
-        if constexpr (std::is_same_v<TestType, ProbeBatch>) {
-          for (const dParallelSAPProbe& probe : batch.probes) {
-            Pairs all;
-            for (const dGeomID geom : world.geoms())
-              if (takesPart(geom) && mayTouch(geom, probe.geom))
-                all.emplace_back(number(geom), number(probe.geom));
-            const Pairs got = collide2(space.geom(), probe.geom);
-            if (n != 100) REQUIRE(difference(got, all) == "");  // planes are culled
-          }
-          // ODE writes not all contacts then.
-          constexpr int flags = 1 | static_cast<int>(CONTACTS_UNIMPORTANT);
-          CHECK(batch.ask(space, flags).any == batch.owed(space, {}, flags).any);
-        }
-      }
-      CHECK(meeting > (scene.name == "mixed bits" || n == 1 ? 0 : 40));
-    }
-}
 
 TEMPLATE_TEST_CASE("Meshes, heightfields and users' classes are met alike by any number of threads",
                    "[rays][overlaps]", RayBatch, ProbeBatch) {
