@@ -17,7 +17,6 @@
 #include "support/contact_scene.h"
 #include "support/floating_point.h"
 #include "support/knobs.h"
-#include "support/nested_scene.h"
 #include "support/ode_errors.h"
 #include "support/overlap_oracle.h"
 #include "support/ray_oracle.h"
@@ -54,26 +53,6 @@ bool mayMeet(std::size_t query, dGeomID geom) {
   std::memcpy(&bits, &bounds[0], sizeof bits);
   return ((bits >> 7) + query + static_cast<std::size_t>(dGeomGetClass(geom))) % 3 != 0;
 }
-
-// The same, which notes what it is told.
-template <class Batch>
-struct NotingFilter {
-  const Batch& batch;
-  std::atomic<std::size_t> spaces{0}, beside{0}, calls{0};
-
-  static int ask(void* data, std::size_t query, dGeomID geom) {
-    NotingFilter& own = *static_cast<NotingFilter*>(data);
-    ++own.calls;
-    own.spaces += dGeomIsSpace(geom) != 0;
-    dReal bounds[6], of_query[6];
-    dGeomGetAABB(geom, bounds);
-    own.batch.bounds(query, of_query);
-    for (int axis = 0; axis < 3; ++axis)
-      own.beside += !(bounds[2 * axis] <= of_query[2 * axis + 1] &&
-                      of_query[2 * axis] <= bounds[2 * axis + 1]);
-    return mayMeet(query, geom);
-  }
-};
 
 // Boxes, and a batch at them.
 template <class Batch>
@@ -140,39 +119,6 @@ TEMPLATE_TEST_CASE("Meshes, heightfields and users' classes are met alike by any
       calls.push_back(userCodeCalls());
     }
     CHECK(calls[1] < calls[0]);
-  }
-}
-
-TEMPLATE_TEST_CASE("Queries see large spaces within the space as these change, through a filter",
-                   "[rays][overlaps][filters]", RayBatch, ProbeBatch) {
-  const std::uint64_t seed = seedOr(523);
-  for (int scene = 0; scene < scaled(4); ++scene) {
-    NestedScene nested(seed + static_cast<std::uint64_t>(scene));
-    const dSpaceID space = nested.space();
-    Random random(seed);
-    TestType many(60, random), few(5, random);
-    std::size_t meeting = 0;
-    NotingFilter<TestType> filter{many};
-    for (int frame = 0; frame < 12; ++frame) {
-      if (frame > 0) nested.change();
-      TestType& batch = frame % 4 ? many : few;
-      batch.moveTo(nested.inside());
-      const int flags = batch.someFlags();
-      INFO("scene " << scene << ", frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      meeting += requireOwed(space, nested.geoms(), batch, flags);
-      if (frame % 4 != 3) continue;
-      const auto owed = batch.owed(space, nested.geoms(), flags, mayMeet);
-      dParallelSAPSpaceSetQueryFilter(space, filter.ask, &filter);
-      for (const int threads : {1, 7}) {
-        dParallelSAPSpaceSetNumThreads(space, threads);
-        REQUIRE(difference(batch.ask(space, flags), owed) == "");
-      }
-      dParallelSAPSpaceSetQueryFilter(space, nullptr, nullptr);
-    }
-    CHECK(meeting > 200);
-    CHECK(filter.spaces == 0);
-    CHECK(filter.beside == 0);
-    CHECK(filter.calls > 500);
   }
 }
 

@@ -282,23 +282,6 @@ TEST_CASE("A thread may ask within a callback of a frame in which a sub-space ha
   }
 }
 
-TEST_CASE("A second thread asks no tree that the first one left as it was", "[guests]") {
-  const Space space;
-  for (int i = 0; i < 200; ++i) dCreateSphere(space, 1);
-  const dGeomID probe = dCreateSphere(nullptr, 10);
-  for (int i = 0; i < 20; ++i) collide2(space.geom(), probe);
-  // Single queries after great changes, for which the tree is not brought up to date.
-  for (int round = 1; round < 4; ++round) {
-    for (int i = 0; i < 200; ++i)
-      dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(100 * round), 0, 0);
-    dGeomSetPosition(probe, static_cast<dReal>(100 * round), 0, 0);
-    AskWithin ask = {space.geom(), probe};
-    dSpaceCollide2(ask.space, probe, &ask, AskWithin::call);
-    CHECK(ask.found == 200);
-  }
-  dGeomDestroy(probe);
-}
-
 TEST_CASE("A thread that asks while another one brings geoms up to date waits for it", "[guests]") {
   static dGeomID asked, probe;
   static std::thread second;

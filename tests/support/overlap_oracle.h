@@ -50,9 +50,7 @@ struct ProbeBatch {
   }
   static std::size_t meeting(const OverlapAnswers& answers);
   void report(dSpaceID space, int flags, const std::function<void(dGeomID)>& callback) const;
-  void bounds(std::size_t query, dReal (&bounds)[6]) const {
-    dGeomGetAABB(probes.at(query).geom, bounds);
-  }
+  Bounds bounds(std::size_t query) const { return boundsOf(probes.at(query).geom); }
 
  private:
   Probes own_;  // to destroy
