@@ -7,6 +7,7 @@
 #include "random.h"
 #include "recorded_scenes.h"
 #include "scenes.h"
+#include "swing.h"
 
 namespace bench {
 
@@ -59,12 +60,6 @@ Boxes centred(const sap_test::Boxes& boxes) {
       all[i].half[axis] = static_cast<dReal>((high - low) / 2);
     }
   return all;
-}
-
-// How far there and back: 0, 1, ... 8, 7, ... -8, -7, ... 0, 1, ...
-int swing(int frame) {
-  const int phase = (frame + 8) % 32;
-  return phase <= 16 ? phase - 8 : 24 - phase;
 }
 
 // Every box goes back and forth around its place, in each frame by up to this part of its width
