@@ -23,7 +23,6 @@ struct Scene : private Space, World {
   const double side;       // of a cube in which each of so many unit boxes overlaps a few others
   Random random;
   std::vector<dGeomID> marked;
-  std::vector<dSpaceID> spaces;
 };
 
 struct Extreme {

@@ -245,7 +245,7 @@ Bounds inverted(Scene& scene, int) {
   return bounds;
 }
 
-// Everything moves, comes, goes or is on one body; sub-spaces.
+// Everything moves.
 
 void acrossTheWorld(Scene& scene, dGeomID geom, int frame) {
   const double reach[] = {1, 1e3, 1e9, 1e25, 2, 1e6};
@@ -262,83 +262,6 @@ Bounds scaleFromFrameToFrame(Scene& scene, int frame) {
     bounds[2 * axis + 1] = real((low + 1) * scale[frame]);
   }
   return bounds;
-}
-
-void reAddAll(Scene& scene, int frame) {
-  const std::vector<dGeomID> before = scene.geoms();
-  for (std::size_t i = 0; i < before.size(); ++i)
-    scene.remove(before[frame % 2 ? before.size() - 1 - i : i]);
-  for (const dGeomID geom : before) scene.addAgain(geom);
-}
-
-void renewAll(Scene& scene, int) {
-  scene.shrinkTo(0);
-  addUnitBoxes(scene, scene.size);
-}
-
-// All on one body: no pair but with the few that are not. `loose` geoms stay without a body.
-void onOneBody(Scene& scene, int frame) {
-  constexpr std::size_t loose = 10;
-  if (frame == 0) {
-    scene.giveBody(scene.geoms()[loose]);
-    for (std::size_t i = loose + 1; i < scene.size; ++i) {
-      dGeomSetBody(scene.geoms()[i], scene.bodies()[0]);
-      const auto [x, y, z] = anywhere(scene);
-      dGeomSetOffsetPosition(scene.geoms()[i], x, y, z);
-    }
-  }
-  dBodySetPosition(scene.bodies()[0], between(scene, -2, 2), 0, 0);
-}
-
-void addSubSpace(Scene& scene, dSpaceID space) {
-  scene.spaces.push_back(space);
-  scene.take(asGeom(space));
-}
-
-void deepNest(Scene& scene, int frame) {
-  if (frame == 0) {
-    addSubSpace(scene, dParallelSAPSpaceCreate(scene.space()));
-    dSpaceID bottom = scene.spaces.back();
-    scene.marked.push_back(dCreateBox(bottom, 1, 1, 1));
-    for (int level = 1; level < 50; ++level) bottom = dParallelSAPSpaceCreate(bottom);
-    scene.marked.push_back(dCreateBox(bottom, 1, 1, 1));
-    dGeomSetPosition(scene.marked[0], 1, 1, 1);
-    scene.spaces.push_back(bottom);
-  }
-  placeAnywhere(scene, scene.marked[1]);
-  // The spaces above still have to notice.
-  if (frame == 2) dSpaceClean(scene.spaces.back());
-  if (frame == 3) dGeomSetPosition(scene.marked[1], kInfinity, 1, 1);
-}
-
-// Hundreds of sub-spaces of three kinds that fill, empty or stay empty, and a ball that wanders
-// through them.
-void manySubSpaces(Scene& scene, int frame) {
-  if (frame == 0) {
-    addUnitBoxes(scene, scene.size / 3);
-    for (std::size_t i = 0; i < scene.size / 3; ++i) {
-      addSubSpace(scene, i % 3 == 0   ? dParallelSAPSpaceCreate(scene.space())
-                         : i % 3 == 1 ? dSimpleSpaceCreate(scene.space())
-                                      : dSweepAndPruneSpaceCreate(scene.space(), dSAP_AXES_XYZ));
-      scene.marked.push_back(nullptr);
-    }
-    scene.marked.push_back(dCreateSphere(scene.spaces[0], 4));
-  }
-  for (std::size_t i = 0; i < scene.spaces.size(); ++i) {
-    dGeomID& inside = scene.marked[i];
-    if (!scene.random.chance(0.4)) continue;
-    if (inside && scene.random.chance(0.5)) {
-      dGeomDestroy(inside);
-      inside = nullptr;
-      continue;
-    }
-    if (!inside) inside = dCreateBox(scene.spaces[i], 1, 2, 3);
-    placeAnywhere(scene, inside);
-  }
-  const dGeomID wanderer = scene.marked.back();
-  dSpaceRemove(dGeomGetSpace(wanderer), wanderer);
-  dSpaceAdd(scene.spaces[scene.random.below(scene.spaces.size())], wanderer);
-  placeAnywhere(scene, wanderer);
 }
 
 // Floating-point modes, denormals.
@@ -421,11 +344,6 @@ std::vector<Extreme> extremes() {
 
   add("geoms that cross the world in every frame", eachUnitBox(acrossTheWorld), 1500, 6);
   add("scales from 1e-30 to 1e30 from frame to frame", userBoxes(scaleFromFrameToFrame), 5000, 6);
-  add("all geoms removed and added in every frame", onUnitBoxes(reAddAll));
-  add("all geoms destroyed and made anew in every frame", renewAll);
-  add("10,000 geoms on one body", onUnitBoxes(onOneBody), 10000, 3);
-  add("fifty spaces in each other", onUnitBoxes(deepNest), 5000, 5);
-  add("hundreds of sub-spaces of all kinds", manySubSpaces, 1500, 6);
   add("denormal coordinates only", denormals(0), 1500);
   add("bounds of every kind", userBoxes(anyBounds, 0.3));
   if (!FloatingPointMode::kCanBeSet) return all;

@@ -15,7 +15,6 @@
 #include "support/configurations.h"
 #include "support/contact_scene.h"
 #include "support/knobs.h"
-#include "support/moving_scene.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
@@ -154,13 +153,15 @@ TEST_CASE("A tolerance lets no pair through that is further apart, whatever the 
 }
 
 TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {
-  MovingScene scene(on_cpu, 1500, 122);
+  const Space space(on_cpu);
+  World world(space);
+  world.addBoxes(denseCube(1500, 122));
   const auto frames = [&](int count, double distance) {
     std::size_t kept = 0;
     for (int frame = 0; frame < count; ++frame) {
-      if (distance > 0) scene.tremble(distance);
-      const Pairs pairs = collide(scene.space());
-      const std::size_t candidates = statsOf(scene.space()).candidates_kept;
+      if (distance > 0) world.jitter(distance, 1000 * distance + frame);
+      const Pairs pairs = collide(space);
+      const std::size_t candidates = statsOf(space).candidates_kept;
       if (candidates > 0) CHECK(candidates < 2 * pairs.size());
       kept += candidates >= pairs.size() * 9 / 10;
     }
@@ -169,9 +170,9 @@ TEST_CASE("Candidates are kept where all trembles, and given back after", "[moti
   CHECK(frames(40, 0.4) == 0);
   CHECK(frames(40, kSlow) > 30);
   (void)frames(20, 0);
-  const std::size_t held = statsOf(scene.space()).memory_bytes;
+  const std::size_t held = statsOf(space).memory_bytes;
   (void)frames(80, 0);
-  CHECK(statsOf(scene.space()).memory_bytes + 36 * 1500 < held);
+  CHECK(statsOf(space).memory_bytes + 36 * 1500 < held);
   CHECK(frames(10, kSlow) > 5);
 }
 

@@ -19,10 +19,12 @@ void ignoreMessage(int, const char*, va_list) {}
 
 }  // namespace
 
-Driver::Driver(Decisions& decisions, std::size_t most_geoms, const Configuration* configuration)
+Driver::Driver(Decisions& decisions, std::size_t most_geoms, const Configuration* configuration,
+               bool makes_tests)
     : decisions_(decisions),
       most_geoms_(most_geoms),
       configuration_(configuration),
+      makes_tests_(makes_tests),
       messages_(dGetMessageHandler()),
       debugs_(dGetDebugHandler()),
       errors_(dGetErrorHandler()),
@@ -47,9 +49,10 @@ Driver::~Driver() {
   dSetErrorHandler(errors_);
 }
 
-void Driver::step() {
-  // What comes more than once is done more often.
-  constexpr void (Driver::*kEdits[])() = {
+void Driver::step(bool collides) {
+  // The edits come first. What comes more than once is done more often.
+  constexpr std::size_t kNumEdits = 11;
+  constexpr void (Driver::*kSteps[])() = {
       &Driver::populate,        &Driver::createOne,        &Driver::createSpace,
       &Driver::destroySpace,    &Driver::moveFar,          &Driver::changeBodies,
       &Driver::destroyBodies,   &Driver::moveToOtherSpace, &Driver::cleanSpace,
@@ -60,11 +63,12 @@ void Driver::step() {
       &Driver::collideWithGeom, &Driver::collideWithMany,  &Driver::collideContacts,
       &Driver::collideBlocks,   &Driver::collideEditing,   &Driver::askBatches,
       &Driver::askBatches};
-  const std::size_t what = decisions_.below(kNumChanges + std::size(kEdits));
+  const std::size_t what =
+      decisions_.below(kNumChanges + (collides ? std::size(kSteps) : kNumEdits));
   if (what < kNumChanges)
     changeSome(kChanges[what]);
   else
-    (this->*kEdits[what - kNumChanges])();
+    (this->*kSteps[what - kNumChanges])();
 }
 
 void Driver::finish() {

@@ -27,14 +27,16 @@ class Driver {
  public:
   // Scenes of up to `most_geoms`, on spaces of one configuration, or of any where it is null. ODE's
   // messages are silenced; an assertion of ODE's ends the program, as it would in any other.
-  Driver(Decisions& decisions, std::size_t most_geoms,
-         const Configuration* configuration = nullptr);
+  // `makes_tests`: user classes have AABBTest functions at times.
+  Driver(Decisions& decisions, std::size_t most_geoms, const Configuration* configuration = nullptr,
+         bool makes_tests = true);
   ~Driver();
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
 
-  // Makes one edit of the world, or a few frames of edits and collides.
-  void step();
+  // Makes one edit of the world, or a few frames of edits and collides, unless it is not to
+  // collide.
+  void step(bool collides = true);
   // Collides every space.
   void finish();
 
@@ -47,6 +49,17 @@ class Driver {
   unsigned long trembling() const { return trembling_; }
   unsigned long candidatesKept() const { return candidates_kept_; }
   unsigned long touches() const { return touches_; }  // followed by the oracle
+
+  // The first space, for tests that collide it by themselves.
+  dSpaceID space() const { return spaceOf(0); }
+  // Its geoms in the order of adding.
+  std::vector<dGeomID> order() const { return membersOf(0); }
+
+ protected:
+  void populate();
+  Pairs pairsByStay(const Pairs& got) const;
+  void addGeoms(int space, bool deep, EventsOracle::Geoms& geoms) const;
+  bool changes_users_unasked_ = true;  // geoms of user classes, without a word
 
  private:
   static constexpr int kNone = -1;
@@ -67,7 +80,6 @@ class Driver {
   };
 
   // Objects, in driver_objects.cpp.
-  void populate();
   void createOne();
   void createSpace();
   int createLeaf(Kind kind, Random& random);
@@ -145,11 +157,9 @@ class Driver {
   void fill(int space, Random& random);
   void driftAll(int space, double distance);
   void trembleAll(int space, double share, double leaving, Random& random);
-  Pairs pairsByStay(const Pairs& got) const;
   std::string problemOfNumbers(int space, const Pairs& got) const;
   Pairs owedPairs(int space) const;
   void checkEvents(int space, const Pairs& got, EventsOracle& oracle);
-  void addGeoms(int space, bool deep, EventsOracle::Geoms& geoms) const;
 
   // Callbacks that edit a world of their own, in driver_collides.cpp.
   void collideEditing();
@@ -183,6 +193,7 @@ class Driver {
   Decisions& decisions_;
   const std::size_t most_geoms_;
   const Configuration* const configuration_;
+  const bool makes_tests_;
   dMessageFunction *const messages_, *const debugs_, *const errors_;  // ODE's handlers before
   dWorldID world_;
   std::vector<Object> objects_;

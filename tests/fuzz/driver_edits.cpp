@@ -167,7 +167,7 @@ void Driver::lookAt(int object, std::size_t, Random&) {
 // User classes and meshes change without a word to anybody.
 void Driver::changeUnasked(int object, std::size_t, Random& random) {
   if (objects_[object].kind == kMesh) changeTriangles(object, random.below(2));
-  if (objects_[object].kind != kUser) return;
+  if (objects_[object].kind != kUser || !changes_users_unasked_) return;
   userBoxData(objects_[object].geom).bounds = randomBounds(random);
   userBoxData(objects_[object].geom).mood = static_cast<unsigned>(random.below(5));
 }

@@ -128,33 +128,6 @@ TEST_CASE("The callback runs on the calling thread, in the program's mode, in a 
   }
 }
 
-TEST_CASE("A collide in a callback sees what this has disabled, and the report goes on as it began",
-          "[contract]") {
-  for (const Configuration& configuration : configurations())
-    for (const std::size_t n : {6, 110, 600}) {
-      const Space space(configuration);
-      World world(space);
-      world.addBoxes(denseCube(n, seedOr(n)));
-      for (std::size_t frame = 0; frame < n / 2 && frame < 24; ++frame) {
-        if (frame % 8 == 0) world.jitter(0.1, frame);
-        INFO(configuration.name << ", " << n << " geoms, frame " << frame);
-        const Pairs expected = expectedPairs(world.geoms());
-        Pairs outer;
-        collideWith(space, [&](dGeomID a, dGeomID b) {
-          record(&outer, a, b);
-          if (outer.size() != 1) return;
-          dGeomDisable(world.geoms()[2 * frame]);
-          const Pairs within = expectedPairs(world.geoms());
-          for (int i = 0; i < 2; ++i) REQUIRE(difference(collide(space), within) == "");
-        });
-        REQUIRE(difference(outer, expected) == "");
-        CHECK(statsOf(space).pairs == expected.size());
-        if (outer.empty()) break;
-        CHECK(statsOf(space).disabled == frame);
-      }
-    }
-}
-
 #ifndef NDEBUG
 TEST_CASE("Two threads in one space at once are an assertion in debug builds", "[contract]") {
   const Space space;

@@ -181,13 +181,6 @@ TEST_CASE("Nothing is said where no option would leave out a pair", "[facts]") {
 
 namespace {
 
-dSpaceID sweepAndPrune(dSpaceID parent) {
-  return dSweepAndPruneSpaceCreate(parent, dSAP_AXES_XYZ);
-}
-dSpaceID quadTree(dSpaceID parent) {
-  const dVector3 centre = {0, 0, 0, 0}, extents = {1000, 1000, 1000, 0};
-  return dQuadTreeSpaceCreate(parent, centre, extents, 3);
-}
 dSpaceID inTwoSpaces(dSpaceID parent) {
   return dHashSpaceCreate(dParallelSAPSpaceCreate(parent));
 }
@@ -197,8 +190,12 @@ dSpaceID itself(dSpaceID space) {
 
 // Where a geom may be: in the space itself, or in one in it.
 using Place = dSpaceID (*)(dSpaceID);
-const Place kPlaces[] = {itself,           dParallelSAPSpaceCreate, dSimpleSpaceCreate,
-                         dHashSpaceCreate, sweepAndPrune,           quadTree,
+const Place kPlaces[] = {itself,
+                         dParallelSAPSpaceCreate,
+                         kStockSpaces[0].create,
+                         kStockSpaces[1].create,
+                         kStockSpaces[2].create,
+                         kStockSpaces[3].create,
                          inTwoSpaces};
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/recorder.h"
+#include "support/scenes.h"
 
 using namespace sap_test;
 
@@ -29,21 +30,6 @@ dGeomID createWitness(dSpaceID space) {
   dSpaceAdd(space, geom);
   return geom;
 }
-
-// ODE's own spaces.
-struct StockSpace {
-  const char* name;
-  dSpaceID (*create)(dSpaceID parent);
-};
-const StockSpace kStockSpaces[] = {
-    {"dSimpleSpace", dSimpleSpaceCreate},
-    {"dHashSpace", dHashSpaceCreate},
-    {"dSweepAndPruneSpace",
-     [](dSpaceID parent) { return dSweepAndPruneSpaceCreate(parent, dSAP_AXES_XYZ); }},
-    {"dQuadTreeSpace", [](dSpaceID parent) {
-       const dVector3 centre = {0, 0, 0, 0}, extents = {20, 20, 20, 0};
-       return dQuadTreeSpaceCreate(parent, centre, extents, 3);
-     }}};
 
 std::vector<dGeomID> spheresInARow(dSpaceID space, std::size_t n) {
   std::vector<dGeomID> geoms;

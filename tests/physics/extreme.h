@@ -13,10 +13,9 @@ namespace sap_test::physics {
 
 // What a scene owes, by which its outcome is judged (play.cpp).
 enum class Demand {
-  stand,   // is at rest as it is built, and stays so
-  stop,    // something fast does not get through something thin
-  settle,  // comes to rest, whatever was wrong at the start
-  hold     // joints stay together, motors and stops do what they are set to
+  stand,  // is at rest as it is built, and stays so
+  stop,   // something fast does not get through something thin
+  hold    // joints stay together, motors and stops do what they are set to
 };
 
 struct Extreme {
@@ -29,7 +28,7 @@ struct Extreme {
   double step = 0.01;
   // What is no thing in a row: joints, meshes.
   std::function<void(Stage&)> build = nullptr;
-  // For Demand::hold: what is wrong, 1 being all of it. Else the widest gap of a joint, in units.
+  // For Demand::hold: what is wrong, 1 being all of it.
   std::function<double(const Stage&)> error = nullptr;
   // Called before each step.
   std::function<void(Stage&)> drive = nullptr;
@@ -43,6 +42,8 @@ using Extremes = std::vector<Extreme>;
 const Extremes& extremes();
 // Not among all: what these need to hold has a table of its own.
 Extremes machines();
+// 200 triangles of 2 m in the plane z = 0.
+void addSheet(Stage& stage);
 
 // What is measured of a scene while it runs. Lengths in units of the scene. "Late" is the last
 // fifth of the steps.

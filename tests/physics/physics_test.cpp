@@ -32,7 +32,7 @@ std::string outcomeOf(const std::string& name, const Setting& setting = {},
 }  // namespace
 
 TEST_CASE("At every physical extreme our pairs lead to the same bits as dSimpleSpace's") {
-  CHECK(extremes().size() >= 40);
+  CHECK(extremes().size() >= 25);
   for (const Extreme& extreme : extremes()) {
     // All of them take minutes; physics-rows plays them to their end.
     const double length = std::min(1.0, double(scaled(120)) / extreme.steps);
@@ -50,10 +50,6 @@ TEST_CASE("Outcomes are told apart by what is measured") {
   CHECK(outcomeOf("a box on one as large, 1:10^6 of its mass") == "collapses");
   CHECK(!isWhatItOwes(outcomeOf("a stack of 5, steps of 0.1 s")));
   CHECK(outcomeOf("a stack of 5, steps of 0.001 s") == "stands");
-  CHECK(outcomeOf("a chain of 20 links with a load of 1000 links") == "breaks");
-  CHECK(outcomeOf("a pendulum of 1 m, steps of 0.001 s") == "holds");
-  CHECK(outcomeOf("27 boxes in one place") == "explodes");
-  CHECK(outcomeOf("a box on a mesh of one sheet") == "settles");
   Setting fine;
   fine.divide = 100;
   CHECK(outcomeOf("boxes of 0.2 m at a plate of 0.1 m, 100 m/s") == "tunnels");
@@ -118,7 +114,7 @@ double carried(bool kinematic, bool belt_first) {
 // room left for more.
 int endsLost(int most) {
   Odd stage;
-  named("a box on a mesh of one sheet").build(stage);
+  addSheet(stage);
   const dGeomID mesh = dSpaceGetGeom(stage.space(), 0);
   const dGeomID capsule = stage.take(dCreateCapsule(stage.space(), real(0.2), 2));
   int lost = 0;

@@ -8,13 +8,12 @@ namespace sap_test::physics {
 namespace {
 
 // All in units of the scene, or parts of one.
-constexpr double kCollapse = 0.5;   // further than that from its place
-constexpr double kSag = 0.02;       // lower, or further, than that
-constexpr double kCreep = 0.002;    // in the second half
-constexpr double kDepth = 0.1;      // deeper into each other
-constexpr double kJitter = 0.02;    // of the speed after a fall of one unit
-constexpr double kSleepless = 0.2;  // of that speed, where bodies were thrown
-constexpr double kExplode = 2;      // of the energy there was, and what one unit of height holds
+constexpr double kCollapse = 0.5;  // further than that from its place
+constexpr double kSag = 0.02;      // lower, or further, than that
+constexpr double kCreep = 0.002;   // in the second half
+constexpr double kDepth = 0.1;     // deeper into each other
+constexpr double kJitter = 0.02;   // of the speed after a fall of one unit
+constexpr double kExplode = 2;     // of the energy there was, and what one unit of height holds
 constexpr double kStretch = 0.05, kBreak = 0.5;  // gap of a joint
 
 std::string judgeRest(const Measures& m, double fall_speed) {
@@ -37,28 +36,10 @@ std::string judge(const Extreme& extreme, const Measures& m) {
     case Demand::stop:
       if (m.lost > 0) return "tunnels";
       return m.gain > kExplode ? "explodes" : "stops";
-    case Demand::settle:
-      if (m.lost > 0) return "tunnels";
-      if (m.gain > kExplode) return "explodes";
-      if (m.depth > kDepth) return "penetrates";
-      return m.speed > kSleepless * fall_speed ? "never rests" : "settles";
     default:
       if (m.gap > kBreak) return "breaks";
       return m.gap > kStretch ? "stretches" : "holds";
   }
-}
-
-// How far a joint's two anchors are apart.
-double gapOf(dJointID joint) {
-  dVector3 a = {}, b = {};
-  if (dJointGetType(joint) == dJointTypeBall) {
-    dJointGetBallAnchor(joint, a);
-    dJointGetBallAnchor2(joint, b);
-  } else if (dJointGetType(joint) == dJointTypeHinge) {
-    dJointGetHingeAnchor(joint, a);
-    dJointGetHingeAnchor2(joint, b);
-  }
-  return length(minus(vec(a), vec(b)));
 }
 
 void raise(double& most, double value) {
@@ -105,10 +86,7 @@ Result play(const Extreme& whole, Pairing pairing, const Setting& setting, doubl
     }
     raise(m.depth, stage.depth / unit);
     for (std::size_t i = 0; i < count; ++i) raise(m.speed, length(stage.speed(i)) / unit);
-    if (whole.demand != Demand::hold) continue;
     if (whole.error) raise(m.gap, whole.error(stage));
-    for (const dJointID joint : stage.joints())
-      if (!whole.error) raise(m.gap, gapOf(joint) / unit);
   }
   for (std::size_t i = 0; i < count; ++i) {
     const Vec at = stage.place(i);
@@ -126,7 +104,7 @@ bool same(const Result& a, const Result& b) {
 }
 
 bool isWhatItOwes(const std::string& outcome) {
-  for (const char* good : {"stands", "stops", "settles", "holds"})
+  for (const char* good : {"stands", "stops", "holds"})
     if (outcome == good) return true;
   return false;
 }

@@ -72,7 +72,6 @@ dBodyID Stage::add(const Thing& thing) {
     body(geom, massOf(thing), at);
     push(bodies_.size() - 1, thing.speed);
     spin(bodies_.size() - 1, thing.spin);
-    if (thing.turn != 0) turn(bodies_.size() - 1, thing.axis, thing.turn);
   }
   return bodies_.empty() ? nullptr : bodies_.back();
 }

@@ -53,8 +53,6 @@ struct Thing {
   Vec sides = {1, 1, 1};  // of a ball: its radius first
   double density = 1000;  // kilograms a cubic metre
   Vec speed = {}, spin = {};
-  Vec axis = {};
-  double turn = 0;  // about the axis
   int count = 1;
   Vec next = {};  // from one to the next; the first is half of that from `at`
 };

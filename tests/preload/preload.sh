@@ -232,16 +232,6 @@ trace_of() {
   run 0 "$replay" --help
 }
 
-# smallest SMALLEST_PROGRAMS: each of them gets the pairs that are owed. Skipped where ODE's own spaces report them too: then the
-# fault is mended, and STOCK_SPACES.md is out of date.
-smallest() {
-  "$1" | tee "$folder/stock"
-  run 0 "$1"
-  cat "$folder/printed"
-  [ "$(grep -cE ': ([0-9]+) reported, \1 owed$' "$folder/printed")" -eq "$(grep -c ' owed$' "$folder/stock")" ] || fail "not what is owed"
-  grep -q 'touch near z = 0: 0 reported, 1 owed' "$folder/stock" || { echo "Skipped: dHashSpace finds the pair" && exit 77; }
-}
-
 # run STATUS PROGRAM...: under the library, which must end with this status. What it prints and what it says are files.
 run() {
   local status=0

@@ -17,9 +17,7 @@
 #include "support/contact_scene.h"
 #include "support/floating_point.h"
 #include "support/knobs.h"
-#include "support/nested_scene.h"
 #include "support/ode_errors.h"
-#include "support/oracle.h"
 #include "support/overlap_oracle.h"
 #include "support/ray_oracle.h"
 #include "support/recorder.h"
@@ -56,26 +54,6 @@ bool mayMeet(std::size_t query, dGeomID geom) {
   return ((bits >> 7) + query + static_cast<std::size_t>(dGeomGetClass(geom))) % 3 != 0;
 }
 
-// The same, which notes what it is told.
-template <class Batch>
-struct NotingFilter {
-  const Batch& batch;
-  std::atomic<std::size_t> spaces{0}, beside{0}, calls{0};
-
-  static int ask(void* data, std::size_t query, dGeomID geom) {
-    NotingFilter& own = *static_cast<NotingFilter*>(data);
-    ++own.calls;
-    own.spaces += dGeomIsSpace(geom) != 0;
-    dReal bounds[6], of_query[6];
-    dGeomGetAABB(geom, bounds);
-    own.batch.bounds(query, of_query);
-    for (int axis = 0; axis < 3; ++axis)
-      own.beside += !(bounds[2 * axis] <= of_query[2 * axis + 1] &&
-                      of_query[2 * axis] <= bounds[2 * axis + 1]);
-    return mayMeet(query, geom);
-  }
-};
-
 // Boxes, and a batch at them.
 template <class Batch>
 struct BoxesAndBatch {
@@ -94,43 +72,6 @@ struct BoxesAndBatch {
 };
 
 }  // namespace
-
-TEMPLATE_TEST_CASE("Queries meet what a loop over dCollide meets, in every scene and as it moves",
-                   "[rays][overlaps]", RayBatch, ProbeBatch) {
-  const std::uint64_t seed = seedOr(501);
-  for (const WorldScene& scene : worldScenes())
-    for (const std::size_t n : {1, 100, 700}) {
-      if (n > scene.most) continue;
-      const Space space;
-      World world(space);
-      scene.populate(world, n, seed);
-      Random random(seed);
-      TestType batch(80, random);
-      dParallelSAPSpaceSetCullPlanes(space, n == 100);
-      std::size_t meeting = 0;
-      for (const double distance : {0.0, 0.01, 3.0}) {
-        batch.moveTo(world.geoms());
-        if (distance > 0) world.jitter(distance, random.bits());
-        INFO(scene.name << ", " << n << " geoms, moved by " << distance
-                        << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-        meeting += requireOwed(space, world.geoms(), batch, batch.someFlags());
-        if constexpr (std::is_same_v<TestType, ProbeBatch>) {
-          for (const dParallelSAPProbe& probe : batch.probes) {
-            Pairs all;
-            for (const dGeomID geom : world.geoms())
-              if (takesPart(geom) && mayTouch(geom, probe.geom))
-                all.emplace_back(number(geom), number(probe.geom));
-            const Pairs got = collide2(space.geom(), probe.geom);
-            if (n != 100) REQUIRE(difference(got, all) == "");  // planes are culled
-          }
-          // ODE writes not all contacts then.
-          constexpr int flags = 1 | static_cast<int>(CONTACTS_UNIMPORTANT);
-          CHECK(batch.ask(space, flags).any == batch.owed(space, {}, flags).any);
-        }
-      }
-      CHECK(meeting > (scene.name == "mixed bits" || n == 1 ? 0 : 40));
-    }
-}
 
 TEMPLATE_TEST_CASE("Meshes, heightfields and users' classes are met alike by any number of threads",
                    "[rays][overlaps]", RayBatch, ProbeBatch) {
@@ -178,39 +119,6 @@ TEMPLATE_TEST_CASE("Meshes, heightfields and users' classes are met alike by any
       calls.push_back(userCodeCalls());
     }
     CHECK(calls[1] < calls[0]);
-  }
-}
-
-TEMPLATE_TEST_CASE("Queries see large spaces within the space as these change, through a filter",
-                   "[rays][overlaps][filters]", RayBatch, ProbeBatch) {
-  const std::uint64_t seed = seedOr(523);
-  for (int scene = 0; scene < scaled(4); ++scene) {
-    NestedScene nested(seed + static_cast<std::uint64_t>(scene));
-    const dSpaceID space = nested.space();
-    Random random(seed);
-    TestType many(60, random), few(5, random);
-    std::size_t meeting = 0;
-    NotingFilter<TestType> filter{many};
-    for (int frame = 0; frame < 12; ++frame) {
-      if (frame > 0) nested.change();
-      TestType& batch = frame % 4 ? many : few;
-      batch.moveTo(nested.inside());
-      const int flags = batch.someFlags();
-      INFO("scene " << scene << ", frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      meeting += requireOwed(space, nested.geoms(), batch, flags);
-      if (frame % 4 != 3) continue;
-      const auto owed = batch.owed(space, nested.geoms(), flags, mayMeet);
-      dParallelSAPSpaceSetQueryFilter(space, filter.ask, &filter);
-      for (const int threads : {1, 7}) {
-        dParallelSAPSpaceSetNumThreads(space, threads);
-        REQUIRE(difference(batch.ask(space, flags), owed) == "");
-      }
-      dParallelSAPSpaceSetQueryFilter(space, nullptr, nullptr);
-    }
-    CHECK(meeting > 200);
-    CHECK(filter.spaces == 0);
-    CHECK(filter.beside == 0);
-    CHECK(filter.calls > 500);
   }
 }
 

@@ -11,7 +11,6 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
-#include "support/moving_scene.h"
 #include "support/ode_errors.h"
 #include "support/random.h"
 #include "support/recorder.h"
@@ -43,7 +42,7 @@ std::string difference(const Answers& got, const Answers& owed) {
   return got.touched == owed.touched ? "" : "other overlaps of a probe";
 }
 
-// Also from within callbacks, and in a space of its own that all share.
+// Also from within callbacks.
 Answers ask(dSpaceID space, const Bounds& around, std::uint64_t seed, int rounds) {
   struct Nest {
     dGeomID space, inner;
@@ -117,31 +116,48 @@ struct AskWithin {
 
 }  // namespace
 
-TEST_CASE("Queries and rays of many threads at once have one thread's answers", "[guests]") {
+TEST_CASE(
+    "Queries and rays of many threads at once, of a space and a large one in it, have one "
+    "thread's answers",
+    "[guests]") {
+  struct Crowd {
+    const Space space;
+    const dSpaceID large = dParallelSAPSpaceCreate(space);
+    World world{space}, within{large};
+
+    Crowd(std::size_t n, std::uint64_t seed) {
+      world.addBoxes(denseCube(n, seed));
+      within.addBoxes(denseCube(n < 300 ? 300 : 2000, seed + 1));
+      for (std::size_t i = 0; i < n / 8; ++i)
+        world.take(createUserBox(space, {0, 1, 0, 1, 0, 1}, true, [](dGeomID, dGeomID b, dReal*) {
+          return int(number(b) % 4 != 0);
+        }));
+    }
+    Answers ask(int thread, std::uint64_t seed) const {
+      const dSpaceID asked = thread % 4 == 3 ? large : dSpaceID(space);
+      return ::ask(asked, {-5, 15, -5, 15, -5, 15}, seed + static_cast<std::uint64_t>(thread), 60);
+    }
+  };
   const std::uint64_t seed = seedOr(901);
   constexpr int kThreads = 8;
   for (const std::size_t n : {20, 100, 300, 3000}) {
     // A twin gives one thread's answers, so that the first queries meet a space without trees.
-    MovingScene::Kinds kinds;
-    kinds.all = false;  // no heightfields, which threads must not share
-    MovingScene scene(configurations()[0], n, seed, kinds),
-        twin(configurations()[0], n, seed, kinds);
-    const Bounds around = {-5, 15, -5, 15, -5, 15};
+    Crowd crowd(n, seed), twin(n, seed);
     const Messages messages;
     for (int frame = 0; frame < scaled(6); ++frame) {
       INFO(n << " geoms, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      for (MovingScene* each : {&scene, &twin}) {
-        if (frame > 0) each->moveSome(frame % 2 ? 0.05 : 0.7);
-        if (frame % 3 == 1) dSpaceClean(each->space());
-        if (frame % 3 == 2) collide(each->space());
+      const std::uint64_t frame_seed = seed + static_cast<std::uint64_t>(100 * frame);
+      for (Crowd* each : {&crowd, &twin}) {
+        each->world.jitter(frame % 2 ? 0.01 : 3, frame_seed);
+        each->within.jitter(frame % 2 ? 3 : 0.01, frame_seed);
+        if (frame % 3 == 1) dSpaceClean(each->space);
+        if (frame % 3 == 2) collide(each->space);
       }
       std::vector<Answers> owed(kThreads), got(kThreads);
-      const auto seedOf = [&](int i) { return seed + static_cast<std::uint64_t>(100 * frame + i); };
       for (int i = 0; i < kThreads; ++i)
-        owed[static_cast<std::size_t>(i)] = ask(twin.space(), around, seedOf(i), 60);
-      together(kThreads, [&](int i) {
-        got[static_cast<std::size_t>(i)] = ask(scene.space(), around, seedOf(i), 60);
-      });
+        owed[static_cast<std::size_t>(i)] = twin.ask(i, frame_seed);
+      together(kThreads,
+               [&](int i) { got[static_cast<std::size_t>(i)] = crowd.ask(i, frame_seed); });
       std::size_t pairs = 0;
       for (std::size_t i = 0; i < kThreads; ++i) {
         for (const Pairs& each : owed[i].pairs) pairs += each.size();
@@ -155,32 +171,6 @@ TEST_CASE("Queries and rays of many threads at once have one thread's answers", 
     }
     for (const std::string& said : messages.all())
       CHECK(said.find("a thread uses it") == std::string::npos);
-  }
-}
-
-TEST_CASE("Many threads may ask a space with a large one in it, and that one", "[guests]") {
-  const std::uint64_t seed = seedOr(921);
-  const Space space;
-  World world(space);
-  const dSpaceID large = dParallelSAPSpaceCreate(space);
-  World within(large);
-  within.addBoxes(denseCube(2000, seed));
-  const Bounds around = {-2, 8, -2, 8, -2, 8};
-  for (int round = 0; round < scaled(10); ++round) {
-    within.jitter(round % 2 ? 0.01 : 3, seed);
-    dSpaceClean(space);
-    constexpr std::size_t kThreads = 8;
-    std::vector<Answers> got(kThreads);
-    const auto askEither = [&](std::size_t i) {
-      return ask(i % 4 == 3 ? large : dSpaceID(space), around, seed + i, 40);
-    };
-    together(kThreads, [&](int i) {
-      got[static_cast<std::size_t>(i)] = askEither(static_cast<std::size_t>(i));
-    });
-    for (std::size_t i = 0; i < kThreads; ++i) {
-      INFO("round " << round << ", thread " << i << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      REQUIRE(difference(got[i], askEither(i)) == "");
-    }
   }
 }
 
@@ -290,23 +280,6 @@ TEST_CASE("A thread may ask within a callback of a frame in which a sub-space ha
     CHECK(messages.all().empty());
     dGeomDestroy(probe);
   }
-}
-
-TEST_CASE("A second thread asks no tree that the first one left as it was", "[guests]") {
-  const Space space;
-  for (int i = 0; i < 200; ++i) dCreateSphere(space, 1);
-  const dGeomID probe = dCreateSphere(nullptr, 10);
-  for (int i = 0; i < 20; ++i) collide2(space.geom(), probe);
-  // Single queries after great changes, for which the tree is not brought up to date.
-  for (int round = 1; round < 4; ++round) {
-    for (int i = 0; i < 200; ++i)
-      dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(100 * round), 0, 0);
-    dGeomSetPosition(probe, static_cast<dReal>(100 * round), 0, 0);
-    AskWithin ask = {space.geom(), probe};
-    dSpaceCollide2(ask.space, probe, &ask, AskWithin::call);
-    CHECK(ask.found == 200);
-  }
-  dGeomDestroy(probe);
 }
 
 TEST_CASE("A thread that asks while another one brings geoms up to date waits for it", "[guests]") {

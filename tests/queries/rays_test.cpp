@@ -249,23 +249,17 @@ TEST_CASE(
     "Of equal hits in a sub-space that of its first geom counts, of those in sorting ones of "
     "the last one added",
     "[rays]") {
-  const dVector3 centre = {0, 0, 0, 0}, extents = {9, 9, 9, 0};
   for (int kind = 0; kind < 7; ++kind) {
     const std::size_t n = kind < 5 ? 3 : 300;
     const Space space;
-    const dSpaceID inner = kind == 0   ? dHashSpaceCreate(space)
-                           : kind == 1 ? dParallelSAPSpaceCreate(space)
-                           : kind == 2 ? dSimpleSpaceCreate(space)
-                           : kind == 5 ? dHashSpaceCreate(space)
-                           : kind == 6 ? dParallelSAPSpaceCreate(space)
-                           : kind == 3 ? dSweepAndPruneSpaceCreate(space, dSAP_AXES_XYZ)
-                                       : dQuadTreeSpaceCreate(space, centre, extents, 2);
+    const dSpaceID inner = kind == 4 || kind == 6 ? dParallelSAPSpaceCreate(space)
+                                                  : kStockSpaces[kind % 4].create(space);
     std::vector<dGeomID> geoms;
     while (geoms.size() < n) geoms.push_back(dCreateSphere(inner, 1));
     const Rays rays(30, rayOf({-5, 0, 0}, {1, 0, 0}, 10));
     for (int frame = 0; frame < 3; ++frame) {
       CAPTURE(kind, frame);
-      const bool sorting = kind == 3 || kind == 4;
+      const bool sorting = kind == 2 || kind == 3;
       const dGeomID expected = sorting ? geoms[2] : dSpaceGetGeom(inner, 0);
       CHECK(nearestHits(space, rays, 0)[0].geom == expected);
       dGeomSetPosition(geoms[static_cast<std::size_t>(frame)], 0, 0, 0);

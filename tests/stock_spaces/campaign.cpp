@@ -22,26 +22,11 @@
 #include "../support/oracle.h"
 #include "../support/random.h"
 #include "../support/recorder.h"
+#include "../support/scenes.h"
 
 namespace {
 
 using namespace sap_test;
-struct Space {
-  const char* name;
-  dSpaceID (*make)(dSpaceID parent);
-};
-
-const Space kSpaces[] = {
-    {"dSimpleSpace", dSimpleSpaceCreate},
-    {"dHashSpace", dHashSpaceCreate},
-    {"dSweepAndPruneSpace",
-     [](dSpaceID parent) { return dSweepAndPruneSpaceCreate(parent, dSAP_AXES_XYZ); }},
-    {"dQuadTreeSpace",
-     [](dSpaceID parent) {
-       const dVector3 centre = {0, 0, 0, 0}, extents = {10, 10, 10, 0};
-       return dQuadTreeSpaceCreate(parent, centre, extents, 4);
-     }},
-    {"dParallelSAPSpace", dParallelSAPSpaceCreate}};
 
 enum Extra { kPlanes = 1, kNested = 2, kAddedAgain = 4, kPile = 8 };
 
@@ -77,12 +62,12 @@ const Kind kKinds[] = {
 // The same calls for each space, if the seed is the same.
 class Scene {
  public:
-  Scene(const Space& space, const Kind& kind, std::uint64_t seed)
-      : kind_(kind), random_(seed), outer_(space.make(nullptr)) {
+  Scene(const StockSpace& space, const Kind& kind, std::uint64_t seed)
+      : kind_(kind), random_(seed), outer_(space.create(nullptr)) {
     if (kind.extra & kNested) {
       for (int i = 0; i < 3; ++i)
         parts_.push_back(i == 1 ? dSimpleSpaceCreate(outer_)
-                                : space.make(i == 2 ? parts_[0] : outer_));
+                                : space.create(i == 2 ? parts_[0] : outer_));
     }
     const std::size_t count = 8 + random_.below(30);
     for (std::size_t i = 0; i < count; ++i) {
@@ -215,7 +200,7 @@ void count(const Scene& scene, Tally& tally) {
   tally[pairs] += expected.size();
 }
 
-void play(const Space& space, const Kind& kind, std::uint64_t seed, Tally& tally) {
+void play(const StockSpace& space, const Kind& kind, std::uint64_t seed, Tally& tally) {
   const Tally before = tally;
   bool aborts = false;
   try {
@@ -245,16 +230,18 @@ int main(int argc, char** argv) {
   for (const char* column : kColumns) std::printf(",%s", column);
   std::printf(",ode,commit\n");
   bool ours_exact = true, hash_misses = false;
+  std::vector<StockSpace> spaces(std::begin(kStockSpaces), std::end(kStockSpaces));
+  spaces.push_back({"dParallelSAPSpace", dParallelSAPSpaceCreate});
   for (const Kind& kind : kKinds) {
-    for (const Space& space : kSpaces) {
+    for (const StockSpace& space : spaces) {
       Tally tally = {};
       for (std::size_t seed = 0; seed < scenes; ++seed) play(space, kind, seed, tally);
       std::printf("%s,\"%s\",%zu", space.name, kind.name, scenes);
       for (const std::size_t number : tally) std::printf(",%zu", number);
       std::printf(",%s,%s\n", dODE_VERSION, argc > 2 ? argv[2] : "");
-      if (space.make == dParallelSAPSpaceCreate)
+      if (space.create == dParallelSAPSpaceCreate)
         for (std::size_t i = 0; i < 4; ++i) ours_exact = ours_exact && !tally[of_scenes + i];
-      if (space.make == dHashSpaceCreate && kind.extra == kPile) hash_misses = tally[missed] > 0;
+      if (space.create == dHashSpaceCreate && kind.extra == kPile) hash_misses = tally[missed] > 0;
     }
   }
   dCloseODE();

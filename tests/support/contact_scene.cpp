@@ -192,43 +192,37 @@ dGeomID createBox(Heights&) {
 }
 
 // In the order of the kinds.
-const struct {
-  const char* name;
-  dGeomID (*create)(Heights& heights);
-} kKinds[] = {
-    {"sphere", [](Heights&) { return dCreateSphere(nullptr, real(0.6)); }},
-    {"box", createBox},
-    {"capsule", [](Heights&) { return dCreateCapsule(nullptr, real(0.3), real(0.8)); }},
-    {"cylinder", [](Heights&) { return dCreateCylinder(nullptr, real(0.4), 1); }},
-    {"convex", [](Heights&) { return createShape("convex"); }},
-    {"torus", [](Heights&) { return createTorus(); }},
-    {"watched torus",
-     [](Heights&) {
-       const dGeomID torus = createTorus();
-       dGeomTriMeshSetCallback(torus, watchTriangle);
-       return torus;
-     }},
-    {"merging torus",
-     [](Heights&) {
-       const dGeomID torus = createTorus();
-       dGeomTriMeshSetTriMergeCallback(torus, mergeTriangles);
-       return torus;
-     }},
-    {"coherent torus",
-     [](Heights&) {
-       const dGeomID torus = createTorus();
-       for (const int other : {dSphereClass, dBoxClass, dCapsuleClass})
-         dGeomTriMeshEnableTC(torus, other, 1);
-       return torus;
-     }},
-    {"ray", [](Heights&) { return dCreateRay(nullptr, 2); }},
-    {"geom transform", [](Heights&) { return createShape("geom transform"); }},
-    {"user", [](Heights&) { return dCreateGeom(userClass()); }},
-    {"offset box", createBox},
-    {"heightfield", [](Heights& all) { return createField(all, Kind::Heightfield); }},
-    {"fixed field", [](Heights& all) { return createField(all, Kind::FixedHeightfield); }},
-    {"called field", [](Heights& all) { return createField(all, Kind::CalledHeightfield); }},
-    {"plane", [](Heights&) { return dCreatePlane(nullptr, 0, 0, 1, 0); }}};
+dGeomID (*const kKinds[])(Heights& heights) = {
+    [](Heights&) { return dCreateSphere(nullptr, real(0.6)); },
+    createBox,
+    [](Heights&) { return dCreateCapsule(nullptr, real(0.3), real(0.8)); },
+    [](Heights&) { return dCreateCylinder(nullptr, real(0.4), 1); },
+    [](Heights&) { return createShape("convex"); },
+    [](Heights&) { return createTorus(); },
+    [](Heights&) {
+      const dGeomID torus = createTorus();
+      dGeomTriMeshSetCallback(torus, watchTriangle);
+      return torus;
+    },
+    [](Heights&) {
+      const dGeomID torus = createTorus();
+      dGeomTriMeshSetTriMergeCallback(torus, mergeTriangles);
+      return torus;
+    },
+    [](Heights&) {
+      const dGeomID torus = createTorus();
+      for (const int other : {dSphereClass, dBoxClass, dCapsuleClass})
+        dGeomTriMeshEnableTC(torus, other, 1);
+      return torus;
+    },
+    [](Heights&) { return dCreateRay(nullptr, 2); },
+    [](Heights&) { return createShape("geom transform"); },
+    [](Heights&) { return dCreateGeom(userClass()); },
+    createBox,
+    [](Heights& all) { return createField(all, Kind::Heightfield); },
+    [](Heights& all) { return createField(all, Kind::FixedHeightfield); },
+    [](Heights& all) { return createField(all, Kind::CalledHeightfield); },
+    [](Heights&) { return dCreatePlane(nullptr, 0, 0, 1, 0); }};
 
 // Without the padding that dCollide leaves as it was.
 bool sameBits(const Contact& a, const Contact& b) {
@@ -289,10 +283,6 @@ std::string difference(const Contacts& got, const Contacts& expected) {
   return std::to_string(got.size()) + " contacts instead of " + std::to_string(expected.size());
 }
 
-const char* nameOf(Kind kind) {
-  return kKinds[static_cast<int>(kind)].name;
-}
-
 ContactScene::ContactScene(dSpaceID space) : space_(space), world_(dWorldCreate()) {}
 
 ContactScene::~ContactScene() {
@@ -311,7 +301,7 @@ dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed) {
 
 dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed, dSpaceID space) {
   Random random(seed);
-  const dGeomID geom = kKinds[static_cast<int>(kind)].create(heights_);
+  const dGeomID geom = kKinds[static_cast<int>(kind)](heights_);
   geoms_.push_back(geom);
   dSpaceAdd(space, geom);
   if (kind == Kind::Plane || kind == Kind::FixedHeightfield) return geom;

@@ -62,7 +62,6 @@ enum class Kind {
   Plane,
   Count
 };
-const char* nameOf(Kind kind);
 
 class ContactScene {
  public:

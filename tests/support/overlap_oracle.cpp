@@ -50,14 +50,6 @@ std::string difference(const OverlapAnswers& got, const OverlapAnswers& owed) {
                                        : "";
 }
 
-std::string wrongOverlaps(dSpaceID space, const Probes& probes, int flags,
-                          const OverlapAnswers& owed) {
-  Random none(0);
-  ProbeBatch batch(0, none);
-  batch.probes = probes;
-  return difference(batch.ask(space, flags), owed);
-}
-
 ProbeBatch::ProbeBatch(std::size_t n, Random& of) : random(of) {
   for (std::size_t i = 0; i < n; ++i) {
     const dSpaceID space = random.chance(0.5) ? dSpaceID(other) : nullptr;

@@ -27,8 +27,6 @@ OverlapAnswers owedOverlaps(dSpaceID space, const Probes& probes, int flags,
 
 // Bit for bit: "" or where they differ.
 std::string difference(const OverlapAnswers& got, const OverlapAnswers& owed);
-std::string wrongOverlaps(dSpaceID space, const Probes& probes, int flags,
-                          const OverlapAnswers& owed);
 
 // The other kind of query beside RayBatch: probes in no space or in another one.
 struct ProbeBatch {
@@ -52,9 +50,7 @@ struct ProbeBatch {
   }
   static std::size_t meeting(const OverlapAnswers& answers);
   void report(dSpaceID space, int flags, const std::function<void(dGeomID)>& callback) const;
-  void bounds(std::size_t query, dReal (&bounds)[6]) const {
-    dGeomGetAABB(probes.at(query).geom, bounds);
-  }
+  Bounds bounds(std::size_t query) const { return boundsOf(probes.at(query).geom); }
 
  private:
   Probes own_;  // to destroy

@@ -280,17 +280,17 @@ void RayBatch::report(dSpaceID space, int flags,
       });
 }
 
-void RayBatch::bounds(std::size_t query, dReal (&bounds)[6]) const {
+Bounds RayBatch::bounds(std::size_t query) const {
+  Bounds bounds;
   const dParallelSAPRay& ray = rays.at(query);
-  dReal square = 0;
-  for (const dReal along : ray.direction) square += along * along;
+  const dReal norm = std::hypot(ray.direction[0], ray.direction[1], ray.direction[2]);
   for (int axis = 0; axis < 3; ++axis) {
-    const dReal from = ray.origin[axis],
-                to = from + ray.direction[axis] / std::sqrt(square) * ray.length,
+    const dReal from = ray.origin[axis], to = from + ray.direction[axis] / norm * ray.length,
                 slack = dReal(1e-3) * (std::fabs(from) + std::fabs(to) + 1);
     bounds[2 * axis] = std::min(from, to) - slack;
     bounds[2 * axis + 1] = std::max(from, to) + slack;
   }
+  return bounds;
 }
 
 }  // namespace sap_test

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bounds.h"
 #include "random.h"
 
 namespace sap_test {
@@ -65,7 +66,7 @@ struct RayBatch {
   // The call with a callback, which gets the first geom of each report.
   void report(dSpaceID space, int flags, const std::function<void(dGeomID)>& callback) const;
   // What the query's own box lies in.
-  void bounds(std::size_t query, dReal (&bounds)[6]) const;
+  Bounds bounds(std::size_t query) const;
 };
 
 }  // namespace sap_test

@@ -172,6 +172,16 @@ const std::vector<BoxScene>& boxScenes() {
   return scenes;
 }
 
+const StockSpace kStockSpaces[] = {
+    {"dSimpleSpace", dSimpleSpaceCreate},
+    {"dHashSpace", dHashSpaceCreate},
+    {"dSweepAndPruneSpace",
+     [](dSpaceID parent) { return dSweepAndPruneSpaceCreate(parent, dSAP_AXES_XYZ); }},
+    {"dQuadTreeSpace", [](dSpaceID parent) {
+       const dVector3 centre = {0, 0, 0, 0}, extents = {1000, 1000, 1000, 0};
+       return dQuadTreeSpaceCreate(parent, centre, extents, 3);
+     }}};
+
 World::World(dSpaceID space) : space_(space), dynamics_(dWorldCreate()) {}
 
 World::~World() {

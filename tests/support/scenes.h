@@ -88,6 +88,13 @@ struct WorldScene {
 // and a mixture of all of ODE's classes.
 const std::vector<WorldScene>& worldScenes();
 
+// ODE's own spaces: two that hash or test all, and two that sort.
+struct StockSpace {
+  const char* name;
+  dSpaceID (*create)(dSpaceID parent);
+};
+extern const StockSpace kStockSpaces[4];
+
 // One geom of each class that ODE has, about a unit large, at the origin.
 struct Shape {
   const char* name;

@@ -125,7 +125,6 @@ PeerKind odeKind(const char* name, std::size_t most, OdeSpacePeer::Create create
 // each pair: those that began and ended are all it gets. With `notified` it tells what it changes
 // besides places and sizes.
 constexpr const char* variants[] = {"",
-                                    ":blocks",
                                     ":concurrent-blocks",
                                     ":contacts",
                                     ":begun-ended",
