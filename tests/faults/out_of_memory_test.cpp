@@ -428,7 +428,8 @@ TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[me
   CHECK(events_later > 0);
   CHECK(given_up > 0);
   CHECK(touching > scaled(100));
-  if (std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN")) CHECK(widest == 3);
+  // The scene asks for three threads, and edits of the driver may ask for up to five.
+  if (std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN")) CHECK(widest >= 3);
 }
 
 TEST_CASE("Geoms that moved are counted wherever memory ends in their frame", "[memory]") {
