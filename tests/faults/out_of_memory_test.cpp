@@ -240,7 +240,7 @@ class AskedScene : private Decisions, public Driver {
   // Asks; of allocations that are watched meanwhile it makes none.
   template <class Watch>
   std::vector<std::uint64_t> ask(Watch watch) {
-    Report report(300 * kMost);
+    Report report(kMost * kMost);  // of all pairs
     std::array<dParallelSAPRay, 200> rays = {};
     std::array<dParallelSAPRayHit, 200> hits = {};
     if (kind_ == rays_too)
