@@ -240,7 +240,7 @@ class AskedScene : private Decisions, public Driver {
   // Asks; of allocations that are watched meanwhile it makes none.
   template <class Watch>
   std::vector<std::uint64_t> ask(Watch watch) {
-    Report report(300 * kMost);
+    Report report(kMost * kMost);  // of all pairs
     std::array<dParallelSAPRay, 200> rays = {};
     std::array<dParallelSAPRayHit, 200> hits = {};
     if (kind_ == rays_too)
@@ -428,7 +428,8 @@ TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[me
   CHECK(events_later > 0);
   CHECK(given_up > 0);
   CHECK(touching > scaled(100));
-  if (std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN")) CHECK(widest == 3);
+  // The scene asks for three threads, and edits of the driver may ask for up to five.
+  if (std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN")) CHECK(widest >= 3);
 }
 
 TEST_CASE("Geoms that moved are counted wherever memory ends in their frame", "[memory]") {
@@ -472,12 +473,15 @@ TEST_CASE("Wherever memory ends in rays and probes, each meets what its filter l
     }
     std::vector<dParallelSAPProbe> probes(20, {dCreateSphere(nullptr, 2), nullptr, 0});
     INFO("allocation " << passed);
-    {
+    std::size_t hit = 0, touched = 0;
+    {  // without checks, for which some of Catch's reporters allocate
       const Allocations allocations(passed, false);
-      REQUIRE(dParallelSAPSpaceRays(space, rays.data(), 20, 1, hits.data()) == 10);
-      REQUIRE(dParallelSAPSpaceOverlaps(space, probes.data(), 20, sizeof probes[0], 1, nullptr,
-                                        nullptr) == 10 * 2);
+      hit = dParallelSAPSpaceRays(space, rays.data(), 20, 1, hits.data());
+      touched = dParallelSAPSpaceOverlaps(space, probes.data(), 20, sizeof probes[0], 1, nullptr,
+                                          nullptr);
     }
+    REQUIRE(hit == 10);
+    REQUIRE(touched == 10 * 2);
     fails = Allocations::failed() > 0;
     for (std::size_t i = 0; i < hits.size(); ++i) {
       REQUIRE(hits[i].geom == (i % 2 ? dSpaceGetGeom(large, 0) : nullptr));
