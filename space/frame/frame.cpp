@@ -362,7 +362,7 @@ void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCall
   const Reports::Open open(frame.call.scene.reports);
   LargeLists& lists = *frame.call.lists.large;
   if (isWorthResolving(frame.call.scene, frame.plan.threads) &&
-      hasRoom(frame.call.lists, std::min(resolved_pairs, pairs.size())))
+      hasRoom(frame.call.lists, resolved_pairs))
     return reportResolved(pairs, frame.call.scene, frame.plan.threads, lists.contact_pairs.data(),
                           lists.limit, data, callback);
   reportPairs(pairs, frame.call.scene, lists.limit,
