@@ -119,6 +119,7 @@ class Program : private Decisions, public Driver {
   Pairs frame() {
     for (std::size_t i = below(4); i > 0; --i) step(false);
     dParallelSAPSpaceSetTolerance(space(), 0);  // else a trace does not know the pairs
+    dParallelSAPSpaceSetCullPlanes(space(), below(2) == 1);
     return pairsByPlace(space());
   }
 };
