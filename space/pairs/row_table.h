@@ -42,9 +42,7 @@ class RowTable {
     std::size_t pairsOf(std::size_t chunk) const;
     template <class Use>
     void forPairs(std::size_t chunk, Use use) const;
-    std::size_t bytes() const {
-      return bytesOf(ends, block_counts, storage, words, row_ends);
-    }
+    std::size_t bytes() const { return bytesOf(ends, block_counts, storage, words, row_ends); }
 
     Buffer<std::uint64_t*> ends;                 // of pairs, by chunk
     Buffer<std::uint32_t> block_counts;          // by chunk
