@@ -49,12 +49,13 @@ constexpr std::size_t least_mapped = std::size_t{1} << 16;
 // asking for them ahead cost a third of a report that only counts, at 1,000,000 it saved a third.
 constexpr std::size_t far_slots = std::size_t{1} << 18;
 
-// With so many threads they look up the geoms of pairs before the report: on 16 it took 0.75 of the
-// time (4.6 million pairs), on 4 1.15.
+// From this number of threads on, the geoms of a large scene's pairs are looked up before the
+// report, by all threads. Of 4.6 million pairs it took 0.75 to 0.79 of the time on 16 threads, 0.77
+// on 8, and 1.15 times as long on 4.
 constexpr int least_resolving_threads = 8;
 
-// Pairs whose geoms they look up at a time, 16 MB. With a quarter the report took 1.1 times as
-// long, with eight times as many as long.
+// Pairs whose geoms are looked up at a time, 16 MB. With 2^18 the report took 1.1 times as long,
+// with 2^23 the same time.
 constexpr std::size_t resolved_pairs = std::size_t{1} << 20;
 
 // Devices read boxes while others are packed: 7/8 of those that are left at a time, as to pack one
@@ -175,10 +176,12 @@ namespace grains {
 
 // Slots that are swept, up to 4,096 of them by one thread in any case, in 0.4 ms.
 constexpr Grain scene = {1024, Grain::further, 4096};
-constexpr Grain slots = {1024, Grain::further};         // whose geoms are read
-constexpr Grain items = {1024, Grain::whole};           // pairs for the program, slots for sorts
-constexpr Grain cells = {256, Grain::whole};            // of sixteen boxes, or words of 64 slots
-constexpr Grain changed_boxes = {64, Grain::further};   // that meet trees of all others
+constexpr Grain slots = {1024, Grain::further};  // whose geoms are read
+constexpr Grain items = {1024, Grain::whole};    // pairs for the program, slots for sorts
+constexpr Grain cells = {256, Grain::whole};     // of sixteen boxes, or words of 64 slots
+// Boxes that meet trees of all others, in 1 to 2 us each. With 512, 1 % of 100,000 boxes took two
+// of 16 threads, and extraction 1.7 times as long.
+constexpr Grain changed_boxes = {64, Grain::further};
 constexpr Grain box_tests = {1 << 18, Grain::further};  // of two boxes, by brute force
 constexpr Grain tested_pairs = {8192, Grain::further};
 constexpr Grain moved_pairs = {8192, Grain::whole};  // sorted, or copied to another list

@@ -27,9 +27,9 @@ inline void prefetchForCallback(const dxGeom* far, const dxGeom* near) {
   if (reinterpret_cast<std::uintptr_t>(near->data) >= least_address) prefetch(near->data);
 }
 
-// How far ahead of the callback pairs are asked for, and of these the geoms.
-constexpr std::ptrdiff_t pairs_ahead = 16 * prefetch_distance,
-                         geoms_ahead = prefetch_distance / 2;  // once for what a geom refers to
+// How many pairs ahead of the callback the list is prefetched, and the body and data of a geom. The
+// geom is prefetched twice as far ahead, its entry in the table four times.
+constexpr std::ptrdiff_t pairs_ahead = 16 * prefetch_distance, geoms_ahead = prefetch_distance / 2;
 
 // Pairs of slots, whose geoms are in a table.
 struct PairsBySlot {
@@ -115,13 +115,14 @@ void reportPairs(const PairList& pairs, const Scene& scene, const void*& limit, 
   }
 }
 
-// Whether threads had better look up the geoms, whose table is in no core's own caches. They need
-// so much longer for that than the calling thread that a few are not enough.
+// Whether all threads should look up the geoms before the report. The calling thread alone would
+// wait for the table, which is too large for its own caches.
 inline bool isWorthResolving(const Scene& scene, int threads) {
   return (scene.slots.size() >= far_slots && threads >= least_resolving_threads) ||
          (threads > 1 && teamsAreTested());
 }
-// The same, with `room` for resolved_pairs, that threads look up at a time.
+// Calls the callback for the same pairs in the same order. Threads look up the geoms of
+// resolved_pairs at a time, for which there is `room`.
 void reportResolved(const PairList& pairs, const Scene& scene, int threads, dParallelSAPPair* room,
                     const void*& limit, void* data, dNearCallback* callback);
 

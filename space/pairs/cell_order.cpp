@@ -92,7 +92,7 @@ Centre CellOrder<Real>::centreIn(const Regions& regions, const BasicBox<Real>& b
 // Makes a split of a class's sample, whose centres it sorts by their halves. Returns the middle.
 template <class Real>
 Centre* CellOrder<Real>::splitSample(const SamplePart& part) {
-  const Regions& regions = regions_[part.of];
+  const Regions& regions = regions_[part.box_class];
   const bool leads_to_regions = 2 * part.split >= regions.count;
   const std::uint32_t below = leads_to_regions ? regions.first + 2 * part.split - regions.count
                                                : regions.root + 2 * part.split - 1;
@@ -117,7 +117,8 @@ Centre* CellOrder<Real>::splitSample(const SamplePart& part) {
   return middle;
 }
 
-// All splits of all classes, whose samples these are: the first ones on this thread.
+// Makes all splits, from a sample of each class: the upper ones on this thread, the parts below
+// them on all.
 template <class Real>
 void CellOrder<Real>::splitSamples(std::vector<std::vector<Centre>>& samples, int threads) {
   std::vector<SamplePart> parts;
@@ -131,9 +132,9 @@ void CellOrder<Real>::splitSamples(std::vector<std::vector<Centre>>& samples, in
   }
   const auto halve = [this](const SamplePart& part, std::vector<SamplePart>& to) {
     Centre* const middle = splitSample(part);
-    if (2 * part.split >= regions_[part.of].count) return;
-    to.push_back({part.of, 2 * part.split, part.begin, middle});
-    to.push_back({part.of, 2 * part.split + 1, middle, part.end});
+    if (2 * part.split >= regions_[part.box_class].count) return;
+    to.push_back({part.box_class, 2 * part.split, part.begin, middle});
+    to.push_back({part.box_class, 2 * part.split + 1, middle, part.end});
   };
   const int team = teamFor(sampled, grains::slots, threads);
   const std::size_t wanted = team > 1 ? 2 * static_cast<std::size_t>(team) : 1;

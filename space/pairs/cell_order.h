@@ -122,7 +122,7 @@ class CellOrder {
   static constexpr std::uint32_t axis_mask = (1u << axis_bits) - 1;
   // Centres of a class that a split divides. Below split i, counted from 1, are 2 i and 2 i + 1.
   struct SamplePart {
-    std::uint32_t of, split;
+    std::uint32_t box_class, split;
     Centre *begin, *end;
   };
 
