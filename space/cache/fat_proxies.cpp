@@ -159,13 +159,11 @@ void FatProxies::release() {
   fat_ = BoxSet();
   candidates_ = PairList();
   changed_pairs_ = ChangedPairs();
-  tree_ = CellTrees<float>();
 }
 
 // Keeps the storage for the next start.
 void FatProxies::stop() {
   fat_.size = 0;
-  has_tree_ = false;
 }
 
 // Also takes over the filters.
@@ -179,7 +177,7 @@ void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
 
 int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   frames_ = 0;
-  has_tree_ = false;
+  stray_rows_ = 0;
   fat_.filter_bits = boxes.filter_bits;
   fat_.filter_bodies = boxes.filter_bodies;
   fat_.exact = true;  // of candidates none is borderline
@@ -193,27 +191,29 @@ int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   return sweep.find(fat_, threads, candidates_);
 }
 
-// Boxes that have left get fat ones with more room: they may be on their way. The tree is made anew
-// once the strays in it have cost as much.
-int FatProxies::follow(const BoxSet& boxes, int threads) {
+// Boxes that have left get fat ones with more room: they may be on their way. Their pairs are found
+// in the sweep's trees, which are made anew once the strays in them have cost as much.
+int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   ++frames_;
   left_.listBelow(boxes.size, leaving_);
   kept_ = candidates_.size();
   if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
   fat_.resize(boxes.size);
   for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
-  if (has_tree_ && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
-    for (const Slot slot : leaving_) tree_.place(slot, fat_.boxes[slot]);
+  CellTrees<float>& trees = sweep.trees();
+  if (sweep.holds(fat_) && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
+    trees.numberPlaces(boxes.size, threads);
+    for (const Slot slot : leaving_) trees.place(slot, fat_.boxes[slot]);
   } else {
-    tree_.build(fat_, threads);
-    has_tree_ = true;
+    Buffer<std::uint64_t> workspace;
+    sweep.build(fat_, threads, workspace);
     stray_rows_ = 0;
   }
-  stray_rows_ += static_cast<double>(leaving_.size() * tree_.strayRows());
+  stray_rows_ += static_cast<double>(leaving_.size() * trees.strayRows());
   const int used = changed_pairs_.find(fat_, /*all_active=*/true, leaving_, left_, threads,
                                        /*test=*/nullptr, [&](Slot slot, Buffer<Slot>& hits) {
-                                         hits.resizeDiscarding(tree_.most());
-                                         hits.resize(tree_.find(fat_.boxes[slot], hits.data()));
+                                         hits.resizeDiscarding(trees.most());
+                                         hits.resize(trees.find(fat_.boxes[slot], hits.data()));
                                          for (Slot& hit : hits) hit /= 2;
                                        });
   kept_ = changed_pairs_.replace(left_, threads, candidates_);
@@ -254,7 +254,7 @@ int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, cons
   const ScopedMode mode(exactMode());
   try {
     kept_ = unused_ = 0;
-    const int used = fat_.size > 0 ? follow(boxes, threads) : start(boxes, threads, sweep);
+    const int used = fat_.size > 0 ? follow(boxes, threads, sweep) : start(boxes, threads, sweep);
     return std::max(used, testCandidates(boxes, threads, test, pairs));
   } catch (...) {
     release();

@@ -8,7 +8,6 @@
 #include "space/base/pair_list.h"
 #include "space/base/tuning.h"
 #include "space/cache/changed_pairs.h"
-#include "space/pairs/cell_trees.h"
 #include "space/pairs/sweep.h"
 
 namespace ode_parallel_sap {
@@ -32,9 +31,9 @@ class FatProxies {
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
   // Each box lies in its fat box, with its filters, and candidates are all pairs of fat boxes.
-  void validate(const BoxSet& boxes) const;
+  void validate(const BoxSet& boxes, Sweep<float>& sweep) const;
   std::size_t bytes() const {
-    return bytesOf(fat_, candidates_, left_, leaving_, tree_, changed_pairs_, sample_);
+    return bytesOf(fat_, candidates_, left_, leaving_, changed_pairs_, sample_);
   }
 
  private:
@@ -43,7 +42,7 @@ class FatProxies {
   void listLeft(const BoxSet& boxes, int threads);
   void fatten(const BoxSet& boxes, Slot slot, float share);
   int start(const BoxSet& boxes, int threads, Sweep<float>& sweep);
-  int follow(const BoxSet& boxes, int threads);
+  int follow(const BoxSet& boxes, int threads, Sweep<float>& sweep);
   int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
   void release();
@@ -56,9 +55,7 @@ class FatProxies {
   PairList candidates_;
   SlotSet left_;           // slots whose fat boxes or filters hold no more, and those that are gone
   Buffer<Slot> leaving_;   // those of them that are still there, ascending
-  CellTrees<float> tree_;  // of the fat boxes, if there is one
-  bool has_tree_ = false;
-  double stray_rows_ = 0;  // gone through since it was built
+  double stray_rows_ = 0;  // gone through since the sweep built its trees
   ChangedPairs changed_pairs_;
   std::size_t kept_ = 0;
   Buffer<Box> sample_;           // some boxes of the last frame

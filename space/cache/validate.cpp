@@ -11,12 +11,12 @@
 
 namespace ode_parallel_sap {
 
-void FatProxies::validate(const BoxSet& boxes) const {
+void FatProxies::validate(const BoxSet& boxes, Sweep<float>& sweep) const {
   constexpr char invariant[] =
       "each box lies in its fat box, with its filters, and candidates are all pairs of fat boxes";
   const ScopedMode mode(exactMode());
   candidates_.validate(fat_.size);
-  if (has_tree_) tree_.validate(fat_);
+  if (sweep.holds(fat_)) sweep.trees().validate(fat_);
   mustHold(fat_.size == boxes.size, invariant);
   for (Slot slot = 0; slot < boxes.size; ++slot) {
     const Box &box = boxes.boxes[slot], &fat = fat_.boxes[slot];

@@ -254,7 +254,7 @@ Found Pipeline::findAnew(Frame& frame) {
         stages_->fat.find(boxes, plan.threads, stages_->extraction.sweep, filter, candidates);
     found.method = dParallelSAPMethodSweep;
     frame.stats.candidates_kept = stages_->fat.kept();
-    if constexpr (validates) stages_->fat.validate(boxes);
+    if constexpr (validates) stages_->fat.validate(boxes, stages_->extraction.sweep);
   } else {
     stages_->fat.noteUnused();
     found = stages_->extraction.find(boxes, plan.extraction, filter, candidates);

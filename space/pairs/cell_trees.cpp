@@ -48,6 +48,7 @@ template <class Real>
 void CellTrees<Real>::build(const BoxSet& boxes, const CellOrder<Real>& order, int threads) {
   stray_boxes_.resizeDiscarding(0);
   strays_ = 0;
+  places_.resizeDiscarding(0);
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
   layOut(order.classEnds(), filtered);
   const Kernels<Real>& kernel = kernels<Real>();
@@ -83,16 +84,20 @@ void CellTrees<Real>::build(const BoxSet& boxes, int threads) {
   CellOrder<Real> order;
   Buffer<std::uint64_t> workspace;
   order.build(boxes, threads, workspace);
-  places_.resizeDiscarding(boxes.size);
-  std::fill(places_.begin(), places_.end(), nowhere);
   build(boxes, order, threads);
-  const CellBoxes of = order.boxesOfCells();
+  numberPlaces(boxes.size, threads);
+}
+
+template <class Real>
+void CellTrees<Real>::numberPlaces(std::size_t slots, int threads) {
+  if (places_.size() > 0) return;
+  places_.growTo(slots, nowhere);
   runTeam(numbering, teamFor(cells(), grains::cells, threads), [&](int thread, int team) {
     const Range own = ownPart(cells(), thread, team);
     for (std::size_t cell = own.begin; cell < own.end; ++cell)
-      for (std::uint32_t i = of.starts[cell]; i < of.starts[cell + 1]; ++i)
-        places_[of.order[i]] =
-            static_cast<std::uint32_t>(cell * group_size + (i - of.starts[cell]));
+      for (std::uint32_t lane = 0; lane < group_size; ++lane)
+        if (!isEmpty(groups_[cell], lane))
+          places_[groups_[cell].slot[lane]] = static_cast<std::uint32_t>(cell * group_size + lane);
   });
 }
 

@@ -19,10 +19,15 @@ inline void put(const BasicBox<Real>& box, Group<Real>& group, int lane) {
   }
 }
 
+template <class Real>
+inline bool isEmpty(const Group<Real>& group, std::size_t lane) {
+  return group.lower[0][lane] != group.lower[0][lane];
+}
+
 // There is a tree for each class of cells (CellOrder), with sixteen children to a node. The sweep
-// packs the trees anew in each frame. Queries keep them while some boxes move. The bounds above a
-// box that moves grow. A box that goes far becomes a stray, in a list that every query goes
-// through, sixteen boxes at a time.
+// packs the trees anew when it searches. Fat boxes and queries keep them while some boxes move. The
+// bounds above a box that moves grow. A box that goes far becomes a stray, in a list that every
+// query goes through, sixteen boxes at a time.
 template <class Real>
 class CellTrees {
  public:
@@ -33,6 +38,8 @@ class CellTrees {
   void build(const BoxSet& boxes, const CellOrder<Real>& order, int threads);
   // The same of all active ones, which may move from then on.
   void build(const BoxSet& boxes, int threads);
+  // Lets the boxes of so many slots move, if they may not yet.
+  void numberPlaces(std::size_t slots, int threads);
   // The slot's box from now on, whether it had one or not; an inactive one takes it out. Needs
   // exactMode().
   void place(Slot slot, const BasicBox<Real>& box);
@@ -49,7 +56,7 @@ class CellTrees {
   // order, 1 more where floats cannot decide, and returns their number. `found` has room for
   // most(). Needs exactMode().
   std::size_t find(const BasicBox<Real>& box, std::uint32_t* found) const;
-  std::size_t most() const { return places_.size() + group_size; }
+  std::size_t most() const { return (cells() + strayRows() + 1) * group_size; }
   // Calls visit(slot) for all boxes that the ray meets for a t from 0 to `limit`, each once, and
   // perhaps for others; nearer ones mostly come first. Boxes beyond a limit that visit() has
   // lowered are left out. Needs exactMode().
@@ -93,7 +100,7 @@ class CellTrees {
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
   Buffer<GroupFilter> filters_;
   std::vector<TreeView<Real>> views_;
-  Buffer<std::uint32_t> places_;  // by slot, if boxes may move
+  Buffer<std::uint32_t> places_;  // by slot; empty until boxes may move
   Buffer<Group<Real>> stray_boxes_;
   std::size_t strays_ = 0;
 };

@@ -86,9 +86,13 @@ void Sweep<Real>::planTasks(int threads) {
 template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
   const ScopedMode mode(exactMode());
+  packed_ = nullptr;
   if (mayReuseCells(boxes, threads)) {
     trees_.build(boxes, order_, threads);
-    if (areGoodCells()) return;
+    if (areGoodCells()) {
+      packed_ = &boxes;
+      return;
+    }
   }
   has_cells_ = false;
   order_.build(boxes, threads, workspace);
@@ -97,6 +101,7 @@ void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>&
   forSpans([this](Real span) { spans_.push_back(span); });
   reuses_ = 0;
   has_cells_ = true;
+  packed_ = &boxes;
 }
 
 template <class Real>

@@ -32,8 +32,10 @@ class Sweep : public PairFinder {
   // The first half of find() alone: sorts the boxes into cells, unless those of the last time are
   // good, and packs the trees over them. What `workspace` holds is lost.
   void build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
-  // The trees of the last find() or build(), small boxes first.
-  const CellTrees<Real>& trees() const { return trees_; }
+  // Whether these were the boxes of the last find() or build().
+  bool holds(const BoxSet& boxes) const { return packed_ == &boxes; }
+  // Their trees, in which boxes may be placed until the next one. Small boxes come first.
+  CellTrees<Real>& trees() { return trees_; }
 
  private:
   bool mayReuseCells(const BoxSet& boxes, int threads);
@@ -44,6 +46,7 @@ class Sweep : public PairFinder {
 
   CellOrder<Real> order_;
   CellTrees<Real> trees_;
+  const BoxSet* packed_ = nullptr;
   std::vector<PairSearch<Real>> tasks_;
   RowTable rows_;
   // Of the cells.

@@ -8,9 +8,6 @@ void CellTrees<Real>::validate(const BoxSet& boxes) const {
   constexpr char invariant[] =
       "a node's bounds hold those of all below it, each active box has one place, and all other "
       "places are empty";
-  const auto has = [](const Group<Real>& group, std::size_t lane) {
-    return group.lower[0][lane] == group.lower[0][lane];
-  };
   for (const TreeView<Real>& view : views_)
     for (int depth = 1; depth < view.depth; ++depth)
       for (std::size_t child = 0; child < view.groups[depth - 1]; ++child) {
@@ -18,7 +15,7 @@ void CellTrees<Real>::validate(const BoxSet& boxes) const {
         const std::size_t lane = child % group_size;
         const Group<Real>& below = view.levels[depth - 1][child];
         for (std::size_t i = 0; i < group_size; ++i) {
-          if (!has(below, i)) continue;
+          if (isEmpty(below, i)) continue;
           for (int axis = 0; axis < 3; ++axis)
             mustHold(node.lower[axis][lane] <= below.lower[axis][i] &&
                          node.upper[axis][lane] >= below.upper[axis][i],
@@ -31,9 +28,9 @@ void CellTrees<Real>::validate(const BoxSet& boxes) const {
     const Group<Real>& row = group < cells() ? of_cells[group] : stray_boxes_[group - cells()];
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
       const Slot slot = row.slot[lane];
-      if (row.lower[0][lane] != row.lower[0][lane] || slot >= boxes.size) continue;
+      if (isEmpty(row, lane) || slot >= boxes.size) continue;
       const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
-      mustHold(placeOf(slot) == group * group_size + lane, invariant);
+      mustHold(places_.size() == 0 || placeOf(slot) == group * group_size + lane, invariant);
       for (int axis = 0; axis < 3; ++axis)
         mustHold(
             row.lower[axis][lane] == box.lower[axis] && row.upper[axis][lane] == box.upper[axis],
