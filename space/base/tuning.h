@@ -1,5 +1,5 @@
 // The tuned constants, and the work from which on threads are worth their start, stage by stage;
-// and back-offs.
+// and back-offs. Round numbers, half or twice of which would do, stand where they are used.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +17,6 @@ constexpr std::size_t tasks_a_thread = 16;
 
 // Pairs that a thread takes at a time where all are alike.
 constexpr std::size_t chunk_pairs = 4096;
-
-// Pairs of a block that is handed to the program.
-constexpr std::size_t block_pairs = 512;
 
 // Cells, in whole nodes of a tree, or changed boxes that a thread takes at a time: few, since some
 // meet far more than others.
@@ -58,12 +55,6 @@ constexpr int least_resolving_threads = 8;
 // with 2^23 the same time.
 constexpr std::size_t resolved_pairs = std::size_t{1} << 20;
 
-// Devices read boxes while others are packed: 7/8 of those that are left at a time, as to pack one
-// takes ten times as long as to read it, while the rest is at least so many, read in 4 us. A round
-// number.
-constexpr std::size_t least_unread_boxes = 8192;
-constexpr std::size_t unread_share = 8;
-
 // How far ahead a geom is asked for that is only looked at: a look takes a few ns, a line from
 // memory a hundred times as long. Half as far took up to 1.33 times as long (peers, at rest).
 constexpr std::size_t look_distance = 4 * prefetch_distance;
@@ -77,25 +68,13 @@ constexpr double most_growth = 0.4;
 // this many frames.
 constexpr int longest_reuse = 32;
 
-// Boxes of a region that one thread halves at a time, on average up to so many. A round number.
-constexpr std::size_t region_boxes = 512;
-
 // Regions that boxes are dealt into: their counters stay within the second-level cache.
 constexpr std::size_t most_regions = 2048;
-
-// Boxes that decide on classes: enough to see a kind that is one in a few hundred. A round number.
-constexpr std::size_t sampled_boxes = 1024;
 
 // An axis divides boxes into short and long ones if these are this many times as long on average.
 constexpr double far_longer = 8;
 
-// Blocks of pairs, 32 kB, that a thread gets at a time. A round number.
-constexpr std::size_t row_storage_blocks = 64;
-
 // Inner loops.
-
-// Cells that are gathered before they are read: they stay in the nearest cache. A round number.
-constexpr std::size_t gathered_nodes = 256;
 
 // Cells whose boxes are prefetched before they are packed.
 constexpr std::size_t packed_ahead = 3;
@@ -105,14 +84,6 @@ constexpr std::size_t packed_ahead = 3;
 // When more than one geom in so many changed, all pairs are found anew: of 400,000 spheres, the
 // same tenth in every frame, that is 1.25 times faster.
 constexpr std::size_t changed_share = 16;
-
-// Larger boxes are of no use where more than one box in so many is fast, nor where twice as many
-// have left theirs. A round number.
-constexpr std::size_t changing_share = 8;
-
-// Kept pairs that a thread merges at a time; parts that have grown to twice that are cut. A round
-// number.
-constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
 // How far a fat box lies outside of a box, in parts of the box's least extent; one that its box has
 // left twice as far. Piles then have a third more candidates than pairs; with half or twice the

@@ -18,6 +18,10 @@ namespace {
 constexpr std::size_t sampled_share = 16;
 constexpr std::size_t most_sampled = 128;  // fixed: likewise
 
+// A round number: larger boxes are of no use where more than one box in so many is fast, nor where
+// twice as many have left theirs.
+constexpr std::size_t changing_share = 8;
+
 Region leaving("fat proxies: boxes"), fattening("fat proxies: fat boxes"),
     testing("fat proxies: candidates");
 

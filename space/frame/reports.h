@@ -140,7 +140,7 @@ class PairBlock {
  public:
   // All blocks of a frame but the last one have this size, so that which blocks there are depends
   // on the pairs alone.
-  static constexpr std::size_t size = block_pairs;
+  static constexpr std::size_t size = 512;  // a round number
 
   // `pairs`: room for so many.
   PairBlock(const PairsRequest& request, dParallelSAPPair* pairs)

@@ -163,6 +163,9 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   boxes_.bodies.resizeDiscarding(slots);
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
+  // Devices read boxes while others are packed: 7/8 of those that are left at a time, as to pack
+  // one takes ten times as long as to read it. Round numbers; so many boxes are read in 4 us.
+  constexpr std::size_t unread_share = 8, least_unread_boxes = 8192;
   const std::size_t least_unread = teamsAreTested() ? 1 : least_unread_boxes;
   if (slots / unread_share < least_unread) reader = nullptr;
   ForgetUnlessDone reading{reader};

@@ -12,6 +12,10 @@ namespace ode_parallel_sap {
 static Region splitting("cell order: sample"), assigning("cell order: regions"),
     dealing("cell order: centres"), halving("cell order: halves");
 
+// Round numbers: boxes that decide on classes, enough to see a kind that is one in a few hundred,
+// and boxes of a region that one thread halves at a time, on average up to so many.
+constexpr std::size_t sampled_boxes = 1024, region_boxes = 512;
+
 template <class Real>
 void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
   constexpr Real any = std::numeric_limits<Real>::max();

@@ -22,7 +22,8 @@ constexpr std::size_t block_head = 2, block_pairs_held = block_words - block_hea
 constexpr std::size_t most_chunks = 256;
 constexpr int least_chunk_bits = 9;  // fixed: slots of a chunk, enough for one thread
 constexpr std::size_t most_row_pairs = ~std::uint32_t{0};  // of a chunk, as rows end at words
-constexpr std::size_t few_share = 8;  // a round number: one in so many slots is few
+// Round numbers: one in so many slots is few; blocks, 32 kB, that a thread gets at a time.
+constexpr std::size_t few_share = 8, row_storage_blocks = 64;
 
 }  // namespace
 

@@ -123,6 +123,7 @@ inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& b
 // Meets many cells at a time, so that a processor need not know what is in one to read the next.
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
+  constexpr std::size_t gathered_nodes = 256;  // a round number: they stay in the nearest cache
   std::uint32_t cells[gathered_nodes + group_size];
   std::size_t count = 0;
   std::uint32_t* next = found;

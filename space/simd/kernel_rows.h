@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "space/base/platform.h"
-#include "space/base/tuning.h"
 #include "space/simd/kernel_cells.h"
 
 namespace {
