@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <new>
-#include <utility>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/knobs.h"
@@ -18,19 +17,18 @@ namespace {
 
 struct Counted {
   static std::size_t held, most_held, allocations, to_fail;
-  static std::vector<std::pair<void*, std::size_t>> blocks;
+  static std::map<void*, std::size_t> blocks;  // with their bytes
 
   static void* allocate(std::size_t bytes) {
     if (++allocations == to_fail) throw std::bad_alloc();
     void* const memory = std::malloc(bytes);
-    blocks.push_back({memory, bytes});
+    blocks[memory] = bytes;
     held += bytes;
     most_held = std::max(most_held, held);
     return memory;
   }
   static void release(void* memory) {
-    const auto block = std::find_if(blocks.begin(), blocks.end(),
-                                    [memory](const auto& b) { return b.first == memory; });
+    const auto block = blocks.find(memory);
     REQUIRE(block != blocks.end());
     held -= block->second;
     blocks.erase(block);
@@ -43,7 +41,7 @@ struct Counted {
 };
 std::size_t Counted::held = 0, Counted::most_held = 0, Counted::allocations = 0,
             Counted::to_fail = 0;
-std::vector<std::pair<void*, std::size_t>> Counted::blocks;
+std::map<void*, std::size_t> Counted::blocks;
 
 using Block = MemoryBlock<std::uint64_t, Counted>;
 
