@@ -1,5 +1,3 @@
-#include "recorded_scenes.h"
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -7,8 +5,8 @@
 #include <memory>
 #include <numeric>
 #include <set>
-#include <utility>
 
+#include "bench_scenes.h"
 #include "player.h"
 #include "random.h"
 

@@ -114,10 +114,11 @@ int main(int argc, char** argv) {
     wishes.peers.push_back(peer.name);
   }
   bench::Program program("warehouse-benchmark: a step's collide, lidars and a planner");
-  program.add("--shelves,--sizes", wishes.shelves, "static boxes");
-  program.add("--threads", wishes.threads, "of our space; 0: as many as it takes by itself");
-  program.add("--peers", wishes.peers)->check(CLI::IsMember(names));
-  program.add(wishes.timing);
+  program.add_option("--sizes", wishes.shelves, "shelves: static boxes")->delimiter(',');
+  program.add_option("--threads", wishes.threads, "of our space; 0: as many as it takes by itself")
+      ->delimiter(',');
+  program.add_option("--peers", wishes.peers)->delimiter(',')->check(CLI::IsMember(names));
+  program.addTiming(wishes.timing);
   return program.run(argc, argv, [&] {
     bench::Csv csv(wishes.timing.csv);
     for (const int shelves : wishes.shelves) bench::run(shelves, wishes, csv);
