@@ -85,6 +85,49 @@ bool overlapByFormula(const Box& a, const Box& b) {
   return true;
 }
 
+// How many of all keys share the digits from `shift` on with this one.
+template <class Key>
+std::size_t alike(const std::vector<Key>& keys, Key key, int shift) {
+  return static_cast<std::size_t>(std::count_if(
+      keys.begin(), keys.end(), [&](Key other) { return other >> shift == key >> shift; }));
+}
+
+// Returns whether more boxes have one key than a search can bear.
+template <class Key>
+bool checkCuts(std::vector<Key> keys) {
+  constexpr int class_shift = sizeof(Key) * 8 - device::class_digits;
+  std::sort(keys.begin(), keys.end());
+  std::size_t begin = 0, equal_from = 0;
+  bool clustered = false, cluster = false;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const device::CellCut cut = device::cellCutAt(keys.data(), keys.size(), i);
+    clustered = clustered || cut.cluster;
+    if (i == 0) {
+      REQUIRE(cut.begins);
+      continue;
+    }
+    if (keys[i] != keys[i - 1]) equal_from = i;
+    cluster = cluster || i - equal_from == device::cluster_size;
+    const Key differ = keys[i] ^ keys[i - 1];
+    bool expected;
+    if (differ >> class_shift)
+      expected = true;
+    else if (differ)
+      expected = alike(keys, keys[i], device::highestDigit(differ) + 1) > device::cell_size;
+    else
+      expected =
+          alike(keys, keys[i], 0) > device::cell_size && (i - equal_from) % device::cell_size == 0;
+    REQUIRE(cut.begins == expected);
+    if (cut.begins) {
+      REQUIRE(i - begin <= device::cell_size);
+      begin = i;
+    }
+  }
+  REQUIRE(keys.size() - begin <= device::cell_size);
+  REQUIRE(clustered == cluster);
+  return cluster;
+}
+
 }  // namespace
 
 TEST_CASE("Integers stand for floats in their order, and come back as the same bits",
@@ -137,53 +180,6 @@ TEST_CASE("Whatever overlaps may overlap in nine bits, whatever they are scaled 
   }
   CHECK(overlapping > 10000);
 }
-
-namespace {
-
-// How many of all keys share the digits from `shift` on with this one.
-template <class Key>
-std::size_t alike(const std::vector<Key>& keys, Key key, int shift) {
-  return static_cast<std::size_t>(std::count_if(
-      keys.begin(), keys.end(), [&](Key other) { return other >> shift == key >> shift; }));
-}
-
-// Returns whether more boxes have one key than a search can bear.
-template <class Key>
-bool checkCuts(std::vector<Key> keys) {
-  constexpr int class_shift = sizeof(Key) * 8 - device::class_digits;
-  std::sort(keys.begin(), keys.end());
-  std::size_t begin = 0, equal_from = 0;
-  bool clustered = false, cluster = false;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const device::CellCut cut = device::cellCutAt(keys.data(), keys.size(), i);
-    clustered = clustered || cut.cluster;
-    if (i == 0) {
-      REQUIRE(cut.begins);
-      continue;
-    }
-    if (keys[i] != keys[i - 1]) equal_from = i;
-    cluster = cluster || i - equal_from == device::cluster_size;
-    const Key differ = keys[i] ^ keys[i - 1];
-    bool expected;
-    if (differ >> class_shift)
-      expected = true;
-    else if (differ)
-      expected = alike(keys, keys[i], device::highestDigit(differ) + 1) > device::cell_size;
-    else
-      expected =
-          alike(keys, keys[i], 0) > device::cell_size && (i - equal_from) % device::cell_size == 0;
-    REQUIRE(cut.begins == expected);
-    if (cut.begins) {
-      REQUIRE(i - begin <= device::cell_size);
-      begin = i;
-    }
-  }
-  REQUIRE(keys.size() - begin <= device::cell_size);
-  REQUIRE(clustered == cluster);
-  return cluster;
-}
-
-}  // namespace
 
 TEST_CASE("Cells are whole blocks of space, of 32 boxes at most, or a cluster", "[elements]") {
   Random random(sap_test::seedOr(97));

@@ -13,7 +13,6 @@
 #include <cstdlib>
 #include <memory>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 #include "tests/gpu/emulation/runtime.h"
