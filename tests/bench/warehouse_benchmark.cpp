@@ -1,6 +1,5 @@
 // Frames of the example's warehouse in ODE's spaces, here, and in other libraries' trees: a step's
 // collide, lidars, a planner.
-#include <map>
 #include <stdexcept>
 
 #include "program.h"
@@ -8,8 +7,8 @@
 
 namespace bench {
 
-std::vector<WarehousePeer>& warehousePeers() {
-  static std::vector<WarehousePeer> peers;
+std::map<std::string, CreateWarehouse>& warehousePeers() {
+  static std::map<std::string, CreateWarehouse> peers;
   return peers;
 }
 
@@ -37,9 +36,9 @@ struct Cell {
 };
 
 std::unique_ptr<scene::Warehouse> create(const Cell& cell) {
-  for (const WarehousePeer& peer : warehousePeers())
-    if (peer.name == cell.peer) return peer.create(cell.plan);
-  return std::make_unique<scene::Warehouse>(cell.plan);
+  const auto peer = warehousePeers().find(cell.peer);
+  return peer == warehousePeers().end() ? std::make_unique<scene::Warehouse>(cell.plan)
+                                        : peer->second(cell.plan);
 }
 
 std::vector<Cell> cellsOf(int shelves, const Wishes& wishes) {
@@ -109,9 +108,9 @@ int main(int argc, char** argv) {
   bench::Wishes wishes;
   std::vector<std::string> names;
   for (const auto& space : bench::spaces) names.push_back(space.first);
-  for (const bench::WarehousePeer& peer : bench::warehousePeers()) {
-    names.push_back(peer.name);
-    wishes.peers.push_back(peer.name);
+  for (const auto& peer : bench::warehousePeers()) {
+    names.push_back(peer.first);
+    wishes.peers.push_back(peer.first);
   }
   bench::Program program("warehouse-benchmark: a step's collide, lidars and a planner");
   program.add_option("--sizes", wishes.shelves, "shelves: static boxes")->delimiter(',');
