@@ -102,7 +102,8 @@ class Turn {
         scene_(partlyMoving(cell.stage.scene.make(cell.stage.n, seed), wishes.moving)),
         peer_(cell.kind.create(cell.threads)) {
     peer_->create(scene_.boxes);
-    if (wishes.batch > 0) {
+    if (wishes.batch > 0) cell.move_ms = 0;
+    if (wishes.batch > 0 && wishes.moving > 0) {
       storeFrames();
       measureMoving();
     }
@@ -158,7 +159,6 @@ class Turn {
 
   // Boxes tremble as well, by up to a twentieth of their width.
   void storeFrames() {
-    if (wishes_.moving == 0) return;
     sap_test::Random random(seed);
     for (int i = 0; i < frames_in_store; ++i) {
       scene_.next();
@@ -177,10 +177,6 @@ class Turn {
 
   // The same calls while the user's objects are in no structure yet.
   void measureMoving() {
-    if (wishes_.moving == 0) {
-      cell_.move_ms = 0;
-      return;
-    }
     std::vector<double> times;
     for (int round = 0; round < 20; ++round) {
       const Stopwatch clock;
@@ -322,14 +318,10 @@ void run(Wishes wishes) {
   if (wishes.list) return printList(wishes);
   const std::vector<SceneKind> scenes = chosen(allScenes(wishes), wishes.scenes);
   if (scenes.size() != wishes.scenes.size()) throw std::invalid_argument("not all scenes are here");
-  std::vector<PeerKind> peers = allPeers();
   if (wishes.peers.empty())  // ours with its own choice of method only
-    peers.erase(std::remove_if(
-                    peers.begin(), peers.end(),
-                    [](const PeerKind& kind) { return kind.name.find(':') != std::string::npos; }),
-                peers.end());
-  else
-    peers = chosen(peers, wishes.peers);
+    for (const PeerKind& kind : allPeers())
+      if (kind.name.find(':') == std::string::npos) wishes.peers.push_back(kind.name);
+  const std::vector<PeerKind> peers = chosen(allPeers(), wishes.peers);
   Csv csv(wishes.timing.csv);
   Forecast forecast;
   bool right = true;
