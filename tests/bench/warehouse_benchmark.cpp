@@ -31,7 +31,8 @@ struct Wishes {
 struct Cell {
   std::string peer;
   scene::Plan plan;
-  std::vector<scene::Work> frames{};  // timed
+  std::vector<double> times{};        // ms
+  std::vector<scene::Work> frames{};  // the same
   std::vector<scene::Work> first{};   // of a turn, which all must find the same in
 };
 
@@ -70,30 +71,27 @@ double stage(const std::vector<scene::Work>& frames, int number) {
 
 void run(int shelves, const Wishes& wishes, Csv& csv) {
   std::vector<Cell> cells = cellsOf(shelves, wishes);
-  std::vector<std::vector<double>> times(cells.size());
   for (int round = 0; round < wishes.timing.rounds; ++round)
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::unique_ptr<scene::Warehouse> warehouse = create(cells[i]);
-      cells[i].first.clear();
-      timeFrames(times[i], 2, wishes.timing, [&] {
-        const scene::Work& work = warehouse->frame();
-        cells[i].first.push_back(work);
-        return work.total();
+    for (Cell& cell : cells) {
+      const std::unique_ptr<scene::Warehouse> warehouse = create(cell);
+      cell.first.clear();
+      timeFrames(cell.times, 2, wishes.timing, [&] {
+        cell.first.push_back(warehouse->frame());
+        return cell.first.back().total();
       });
-      cells[i].frames.insert(cells[i].frames.end(), cells[i].first.begin() + 2,
-                             cells[i].first.end());
-      compare(cells[i], cells[0]);
+      cell.frames.insert(cell.frames.end(), cell.first.begin() + 2, cell.first.end());
+      compare(cell, cells[0]);
     }
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const scene::Work& work = cells[i].first.front();
+  for (const Cell& cell : cells) {
+    const scene::Work& work = cell.first.front();
     csv.write(Row()
                   .add("n", shelves)
-                  .add("peer", cells[i].peer)
-                  .add("threads", cells[i].plan.threads)
-                  .addTimes(times[i])
-                  .add("collide_ms", stage(cells[i].frames, scene::Work::Collide))
-                  .add("lidar_ms", stage(cells[i].frames, scene::Work::Lidar))
-                  .add("planner_ms", stage(cells[i].frames, scene::Work::Planner))
+                  .add("peer", cell.peer)
+                  .add("threads", cell.plan.threads)
+                  .addTimes(cell.times)
+                  .add("collide_ms", stage(cell.frames, scene::Work::Collide))
+                  .add("lidar_ms", stage(cell.frames, scene::Work::Lidar))
+                  .add("planner_ms", stage(cell.frames, scene::Work::Planner))
                   .add("pairs", static_cast<std::size_t>(work.pairs))
                   .add("contacts", work.contacts)
                   .add("hits", work.hits)

@@ -137,9 +137,7 @@ TEST_CASE("Integers stand for floats in their order, and come back as the same b
     const float a = anyFloat(random), b = anyFloat(random);
     REQUIRE(bitsOf(unordered(ordered(a))) == bitsOf(a));
     if (std::isnan(a) || std::isnan(b)) continue;
-    if (a < b) {
-      REQUIRE(ordered(a) < ordered(b));
-    }
+    if (a < b) REQUIRE(ordered(a) < ordered(b));
   }
 }
 

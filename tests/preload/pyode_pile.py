@@ -69,9 +69,8 @@ def main():
         space.collide((world, contacts), near)
         world.quickStep(0.01)
         contacts.empty()
-        if kind == "nested":
-            for member in groups:
-                member.collide((world, contacts), near)
+        for member in groups:
+            member.collide((world, contacts), near)
     print("%d bodies, sum of heights %.9f" % (count, sum(g.getBody().getPosition()[2] for g in geoms[1:])))
 
 
