@@ -15,13 +15,14 @@ import argparse
 import csv
 import math
 import os
+import pathlib
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
 
-PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
 HEADER = "space/base/mechanisms.h"
 # Where each mechanism runs: a file, the beginning of a line, and the condition under which that counts.
 RUNS = {
@@ -57,43 +58,38 @@ OURS = "parallel-sap"
 
 def mechanisms():
     """Their names, in the header's order."""
-    with open(os.path.join(PROJECT, HEADER)) as file:
-        return re.findall(r"\nconstexpr bool (\w+) = true;", file.read())
+    return re.findall(r"\nconstexpr bool (\w+) = true;", (PROJECT / HEADER).read_text())
 
 
 def edit(path, change):
-    with open(path) as file:
-        text = file.read()
-    with open(path, "w") as file:
-        file.write(change(text))
+    path.write_text(change(path.read_text()))
 
 
 def counting(source):
     """Has the library count how often each mechanism runs."""
-    edit(os.path.join(source, HEADER), lambda text: text + COUNTERS % len(RUNS))
+    edit(source / HEADER, lambda text: text + COUNTERS % len(RUNS))
     for place, (path, line, condition) in enumerate(RUNS.values()):
-        edit(os.path.join(source, "space", path), lambda text: text.replace(
+        edit(source / "space" / path, lambda text: text.replace(
             "\n" + line, "\nif (%s) ++mechanisms::runs.of[%d];\n%s" % (condition, place, line)).replace(
             '#include "', '#include "space/base/mechanisms.h"\n#include "', 1))
 
 
-def build(options, directory):
+def build(directory):
     """The folder of the library without each mechanism, "whole", "nothing" and "counting": a copy of the project, edited."""
-    source, made = os.path.join(directory, "source"), os.path.join(directory, "build")
+    source, made = directory / "source", directory / "build"
     shutil.copytree(PROJECT, source, ignore=shutil.ignore_patterns("build", ".git"))
     subprocess.run(["cmake", "-S", source, "-B", made, "-DCMAKE_BUILD_TYPE=Release", "-DODE_PARALLEL_SAP_CUDA=OFF", "-DBUILD_TESTING=OFF",
-                    "-DODE_PARALLEL_SAP_EXAMPLES=OFF"] + options.cmake, check=True, stdout=subprocess.DEVNULL)
-    with open(os.path.join(source, HEADER)) as file:
-        text = file.read()
+                    "-DODE_PARALLEL_SAP_EXAMPLES=OFF"], check=True, stdout=subprocess.DEVNULL)
+    text = (source / HEADER).read_text()
     libraries = {}
     for name in ["whole"] + mechanisms() + ["nothing", "counting"]:
-        edit(os.path.join(source, HEADER), lambda _: text.replace("constexpr bool %s = true;" % name, "constexpr bool %s = false;" % name))
+        edit(source / HEADER, lambda _: text.replace("constexpr bool %s = true;" % name, "constexpr bool %s = false;" % name))
         if name == "counting":
             counting(source)
         subprocess.run(["cmake", "--build", made, "--parallel", str(os.cpu_count()), "--target", "ode-parallel-sap"], check=True,
                        stdout=subprocess.DEVNULL)
-        libraries[name] = os.path.join(directory, name)
-        shutil.copytree(os.path.join(made, "space"), libraries[name], symlinks=True,
+        libraries[name] = directory / name
+        shutil.copytree(made / "space", libraries[name], symlinks=True,
                         ignore=lambda folder, files: [file for file in files if not file.startswith("libode-parallel-sap.so")])
         print("built", name, flush=True)
     return libraries
@@ -137,9 +133,8 @@ def time_of(options, library, cell, **environment):
     program, arguments = cell
     with tempfile.TemporaryDirectory() as directory:
         table = os.path.join(directory, "table.csv")
-        command = ["taskset", "-c", options.cores] if options.cores is not None else []
-        command += [os.path.join(options.programs, program + "-benchmark"), "--seconds=0.05", "--rounds=1", "--csv=" + table]
-        environment.update(OMP_WAIT_POLICY="active", LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""))
+        command = [os.path.join(options.programs, program + "-benchmark"), "--seconds=0.05", "--rounds=1", "--csv=" + table]
+        environment.update(OMP_WAIT_POLICY="active", LD_LIBRARY_PATH="%s:" % library + os.environ.get("LD_LIBRARY_PATH", ""))
         subprocess.run(command + ["--%s=%s" % item for item in arguments.items()], env=dict(os.environ, **environment), check=True,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         with open(table) as file:
@@ -153,13 +148,12 @@ def measure(options):
     """In each round each cell is run with every library in turn; the file is written after each round."""
     wanted = cells(options.quick)
     with tempfile.TemporaryDirectory() as directory:
-        libraries = build(options, directory)
+        libraries = build(pathlib.Path(directory))
         counts, least = {}, {}
+        runs = pathlib.Path(directory, "runs")
         for cell in wanted:
-            path = os.path.join(directory, "runs")
-            time_of(options, libraries["counting"], cell, ABLATION_RUNS=path)
-            with open(path) as file:
-                counts[name_of(cell)] = dict(zip(RUNS, file.read().split()))
+            time_of(options, libraries["counting"], cell, ABLATION_RUNS=str(runs))
+            counts[name_of(cell)] = dict(zip(RUNS, runs.read_text().split()))
         del libraries["counting"]
         for number in range(options.rounds):
             for cell in wanted:
@@ -186,9 +180,8 @@ def check(_):
     """Each mechanism has one line where it runs."""
     wrong = ["%s: in %s only" % (name, HEADER if name in mechanisms() else "RUNS") for name in set(mechanisms()) ^ set(RUNS)]
     for name, (path, line, _) in RUNS.items():
-        with open(os.path.join(PROJECT, "space", path)) as file:
-            if file.read().count("\n" + line) != 1:
-                wrong.append("%s: no one line `%s` of %s" % (path, line, name))
+        if (PROJECT / "space" / path).read_text().count("\n" + line) != 1:
+            wrong.append("%s: no one line `%s` of %s" % (path, line, name))
     sys.exit("\n".join(wrong) or 0)
 
 
@@ -201,8 +194,6 @@ def main():
     measuring.add_argument("csv")
     measuring.add_argument("--rounds", type=int, default=3)
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
-    measuring.add_argument("--cores", help="processors to keep to, as of taskset")
-    measuring.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
     commands.add_parser("check").set_defaults(run=check)
     options = parser.parse_args()
     options.run(options)

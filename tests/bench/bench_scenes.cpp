@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "random.h"
-#include "recorded_scenes.h"
 #include "scenes.h"
 #include "swing.h"
 

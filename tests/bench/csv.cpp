@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -98,14 +98,9 @@ Row& Row::addTimes(const std::vector<double>& ms) {
 
 Csv::Csv(const CsvFile& file) {
   if (file.path.empty()) return;
-  file_ = std::fopen(file.path.c_str(), file.append ? "a" : "w");
+  file_.open(file.path, file.append ? std::ios::app | std::ios::ate : std::ios::trunc);
   if (!file_) throw std::runtime_error("cannot write " + file.path);
-  std::fseek(file_, 0, SEEK_END);
-  needs_names_ = std::ftell(file_) == 0;
-}
-
-Csv::~Csv() {
-  if (file_) std::fclose(file_);
+  needs_names_ = file_.tellp() == 0;
 }
 
 void Csv::write(Row row) {
@@ -113,18 +108,17 @@ void Csv::write(Row row) {
     if (!value.empty()) std::printf("%s=%s  ", name.c_str(), value.c_str());
   std::puts("");
   std::fflush(stdout);
-  if (!file_) return;
+  if (!file_.is_open()) return;
   addMachine(row);
   std::string names, values;
   for (const auto& [name, value] : row.cells_) {
     names += "," + name;
     values += "," + quoted(value);
   }
-  if (needs_names_) std::fprintf(file_, "%s\n", names.c_str() + 1);
+  if (needs_names_) file_ << names.substr(1) << '\n';
   needs_names_ = false;
-  std::fprintf(file_, "%s\n", values.c_str() + 1);
-  std::fflush(file_);
-  if (std::ferror(file_)) throw std::runtime_error("the CSV file cannot be written");
+  file_ << values.substr(1) << std::endl;
+  if (!file_) throw std::runtime_error("the CSV file cannot be written");
 }
 
 double mean(const std::vector<double>& values) {

@@ -1,7 +1,7 @@
 // One row a cell. Columns are named where they are filled, once, in order.
 #pragma once
 
-#include <cstdio>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,14 +35,11 @@ class Csv {
  public:
   // Throws std::runtime_error.
   explicit Csv(const CsvFile& file);
-  ~Csv();
-  Csv(const Csv&) = delete;
-  Csv& operator=(const Csv&) = delete;
   // Prints the row, too.
   void write(Row row);
 
  private:
-  std::FILE* file_ = nullptr;
+  std::ofstream file_;
   bool needs_names_ = true;
 };
 

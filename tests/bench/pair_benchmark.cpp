@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
@@ -15,7 +16,6 @@
 #include "peer.h"
 #include "program.h"
 #include "random.h"
-#include "recorded_scenes.h"
 
 namespace bench {
 
@@ -71,28 +71,26 @@ struct Cell {
   }
 };
 
-// Times of one find by peer and scene, to foresee that of the next size.
+// Foresees the time of one find from that at a smaller size.
 class Forecast {
  public:
   void learn(const Cell& cell) {
     if (cell.times.empty()) return;
-    last_[key(cell)] = {cell.stage.n, *std::min_element(cell.times.begin(), cell.times.end())};
+    const double ms = *std::min_element(cell.times.begin(), cell.times.end());
+    seconds_a_square_[key(cell)] = ms / 1000 / square(cell);
   }
-
-  // Seconds, if time grows with the square of the size at worst; 0 if nothing is known.
+  // If time grows with the square of the size at worst; 0 if nothing is known.
   double seconds(const Cell& cell) const {
-    const auto known = last_.find(key(cell));
-    if (known == last_.end()) return 0;
-    const double growth =
-        static_cast<double>(cell.stage.n) / static_cast<double>(known->second.first);
-    return known->second.second / 1000 * std::max(1.0, growth * growth);
+    const auto known = seconds_a_square_.find(key(cell));
+    return known == seconds_a_square_.end() ? 0 : known->second * square(cell);
   }
 
  private:
   static std::string key(const Cell& cell) {
     return cell.stage.scene.name + "/" + cell.kind.name + "/" + std::to_string(cell.threads);
   }
-  std::map<std::string, std::pair<std::size_t, double>> last_;
+  static double square(const Cell& cell) { return std::pow(double(cell.stage.n), 2); }
+  std::map<std::string, double> seconds_a_square_;
 };
 
 // A peer in action.
@@ -104,7 +102,8 @@ class Turn {
         scene_(partlyMoving(cell.stage.scene.make(cell.stage.n, seed), wishes.moving)),
         peer_(cell.kind.create(cell.threads)) {
     peer_->create(scene_.boxes);
-    if (wishes.batch > 0) {
+    if (wishes.batch > 0) cell.move_ms = 0;
+    if (wishes.batch > 0 && wishes.moving > 0) {
       storeFrames();
       measureMoving();
     }
@@ -160,7 +159,6 @@ class Turn {
 
   // Boxes tremble as well, by up to a twentieth of their width.
   void storeFrames() {
-    if (wishes_.moving == 0) return;
     sap_test::Random random(seed);
     for (int i = 0; i < frames_in_store; ++i) {
       scene_.next();
@@ -179,10 +177,6 @@ class Turn {
 
   // The same calls while the user's objects are in no structure yet.
   void measureMoving() {
-    if (wishes_.moving == 0) {
-      cell_.move_ms = 0;
-      return;
-    }
     std::vector<double> times;
     for (int round = 0; round < 20; ++round) {
       const Stopwatch clock;
@@ -324,14 +318,10 @@ void run(Wishes wishes) {
   if (wishes.list) return printList(wishes);
   const std::vector<SceneKind> scenes = chosen(allScenes(wishes), wishes.scenes);
   if (scenes.size() != wishes.scenes.size()) throw std::invalid_argument("not all scenes are here");
-  std::vector<PeerKind> peers = allPeers();
   if (wishes.peers.empty())  // ours with its own choice of method only
-    peers.erase(std::remove_if(
-                    peers.begin(), peers.end(),
-                    [](const PeerKind& kind) { return kind.name.find(':') != std::string::npos; }),
-                peers.end());
-  else
-    peers = chosen(peers, wishes.peers);
+    for (const PeerKind& kind : allPeers())
+      if (kind.name.find(':') == std::string::npos) wishes.peers.push_back(kind.name);
+  const std::vector<PeerKind> peers = chosen(allPeers(), wishes.peers);
   Csv csv(wishes.timing.csv);
   Forecast forecast;
   bool right = true;
@@ -347,24 +337,31 @@ void run(Wishes wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  wishes.piles = bench::folderOf(argv[0]);
+  wishes.piles = std::filesystem::absolute(argv[0]).parent_path();
   bench::Program program("pair-benchmark: time to find the overlapping pairs of moving boxes");
-  program.add("--scenes", wishes.scenes, "what is in motion");
-  program.add("--sizes", wishes.sizes, "boxes");
-  program.add("--peers", wishes.peers, "who finds the pairs; default: all there are");
-  program.add("--threads", wishes.threads,
-              "for the peers that take a number of threads; 0: as many as a user gets who sets "
-              "none, for ours only");
-  program.add("--batch", wishes.batch, "frames in one clock reading: for small scenes");
-  program.add("--moving", wishes.moving,
-              "part of the boxes that moves, always the same ones; 0: no peer gets boxes again");
-  program.add("--sleep", wishes.sleep, "ms of sleep between frames");
-  program.add("--work", wishes.work, "ms of other work between frames, on one thread");
-  program.add("--others", wishes.others, "as how many busy processes there are beside it rows say");
-  program.add("--limit", wishes.limit, "leave out what would need more seconds for one find");
-  program.add("--piles", wishes.piles, "where record-piles wrote");
-  program.add("--trace", wishes.trace, "the scene \"trace\": what dParallelSAPSpaceSetTrace wrote");
-  program.add("--list", wishes.list, "names of scenes and peers, and what they are");
-  program.add(wishes.timing);
+  program.add_option("--scenes", wishes.scenes, "what is in motion")->delimiter(',');
+  program.add_option("--sizes", wishes.sizes, "boxes")->delimiter(',');
+  program.add_option("--peers", wishes.peers, "who finds the pairs; default: all there are")
+      ->delimiter(',');
+  program
+      .add_option("--threads", wishes.threads,
+                  "for the peers that take a number of threads; 0: as many as a user gets who sets "
+                  "none, for ours only")
+      ->delimiter(',');
+  program.add_option("--batch", wishes.batch, "frames in one clock reading: for small scenes");
+  program.add_option(
+      "--moving", wishes.moving,
+      "part of the boxes that moves, always the same ones; 0: no peer gets boxes again");
+  program.add_option("--sleep", wishes.sleep, "ms of sleep between frames");
+  program.add_option("--work", wishes.work, "ms of other work between frames, on one thread");
+  program.add_option("--others", wishes.others,
+                     "as how many busy processes there are beside it rows say");
+  program.add_option("--limit", wishes.limit,
+                     "leave out what would need more seconds for one find");
+  program.add_option("--piles", wishes.piles, "where record-piles wrote");
+  program.add_option("--trace", wishes.trace,
+                     "the scene \"trace\": what dParallelSAPSpaceSetTrace wrote");
+  program.add_flag("--list", wishes.list, "names of scenes and peers, and what they are");
+  program.addTiming(wishes.timing);
   return program.run(argc, argv, [&] { bench::run(wishes); });
 }

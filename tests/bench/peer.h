@@ -7,9 +7,7 @@
 //   account ()     not timed: where the time of the last find went, if the library can tell
 #pragma once
 
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>

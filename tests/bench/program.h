@@ -56,35 +56,26 @@ inline void countPair(void* pairs, dGeomID, dGeomID) {
 }
 
 // The options of a benchmark, and its way from them to an exit code.
-class Program {
+class Program : public CLI::App {
  public:
-  explicit Program(const std::string& about) : app_(about) {}
+  // --help shows what a value is unless it is set.
+  explicit Program(const std::string& about) : App(about) {
+    option_defaults()->always_capture_default();
+  }
 
-  // --help shows what a value is unless it is set. Lists are given with commas.
-  template <class T>
-  CLI::Option* add(const std::string& name, T& value, const std::string& about = "") {
-    return app_.add_option(name, value, about)->capture_default_str();
-  }
-  template <class T>
-  CLI::Option* add(const std::string& name, std::vector<T>& list, const std::string& about = "") {
-    return app_.add_option(name, list, about)->delimiter(',')->capture_default_str();
-  }
-  CLI::Option* add(const std::string& name, bool& flag, const std::string& about = "") {
-    return app_.add_flag(name, flag, about);
-  }
-  void add(Timing& timing) {
-    add("--rounds", timing.rounds, "turns of each contender");
-    add("--seconds", timing.seconds, "of timed frames in a turn");
-    add("--frames", timing.frames, "timed in a turn at most; 0: as many as fill it");
-    add("--csv", timing.csv.path, "file to write");
-    add("--append", timing.csv.append, "to what the file holds");
+  void addTiming(Timing& timing) {
+    add_option("--rounds", timing.rounds, "turns of each contender");
+    add_option("--seconds", timing.seconds, "of timed frames in a turn");
+    add_option("--frames", timing.frames, "timed in a turn at most; 0: as many as fill it");
+    add_option("--csv", timing.csv.path, "file to write");
+    add_flag("--append", timing.csv.append, "to what the file holds");
   }
 
   // Reads the options, calls work() between dInitODE2() and dCloseODE(), and returns the program's
   // exit code: 1 with a message if work() throws, that of CLI11 if the options are wrong.
   template <class Work>
   int run(int argc, char** argv, Work work) {
-    CLI11_PARSE(app_, argc, argv);
+    CLI11_PARSE(*this, argc, argv);
     dInitODE2(0);
     int result = 0;
     try {
@@ -96,15 +87,6 @@ class Program {
     dCloseODE();
     return result;
   }
-
- private:
-  CLI::App app_;
 };
-
-// The folder of a program, by its argv[0].
-inline std::string folderOf(const std::string& program) {
-  const std::size_t slash = program.rfind('/');
-  return slash == std::string::npos ? "." : program.substr(0, slash);
-}
 
 }  // namespace bench

@@ -5,7 +5,6 @@
 //                                          <directory>/<scene>-<step>.trace
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 #include <exception>

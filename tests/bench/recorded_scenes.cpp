@@ -1,14 +1,11 @@
-#include "recorded_scenes.h"
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <numeric>
-#include <set>
-#include <utility>
 
+#include "bench_scenes.h"
 #include "player.h"
 #include "random.h"
 
@@ -58,38 +55,30 @@ std::vector<Shown> shownIn(const trace::Recording& recording, bool bodies_only) 
 // Each geom has a place for as long as it is shown. A free one is the next geom's, and aside.
 Frames framesOf(const std::string& path, bool bodies_only) {
   const std::vector<Shown> all = shownIn(trace::readRecording(path), bodies_only);
-  std::map<std::uint32_t, std::size_t> places;
-  std::vector<decltype(places)> places_in;
-  std::set<std::size_t> free;
-  std::size_t count = 0;
+  using Holders = std::vector<std::uint32_t>;  // of the places; 0: free
+  std::vector<Holders> holders;
+  Holders now;
   double end = 0;
   for (const Shown& shown : all) {
-    for (auto at = places.begin(); at != places.end();) {
-      const auto next = std::next(at);
-      if (!shown.count(at->first)) {
-        free.insert(at->second);
-        places.erase(at);
-      }
-      at = next;
-    }
+    for (std::uint32_t& number : now) number = shown.count(number) ? number : 0;
     for (const auto& [number, box] : shown) {
       end = std::max<double>(end, box.high(0));
-      if (places.count(number)) continue;
-      if (free.empty()) free.insert(count++);
-      places[number] = *free.begin();
-      free.erase(free.begin());
+      if (std::find(now.begin(), now.end(), number) != now.end()) continue;
+      if (std::find(now.begin(), now.end(), 0) == now.end()) now.push_back(0);
+      *std::find(now.begin(), now.end(), 0) = number;
     }
-    places_in.push_back(places);
+    holders.push_back(now);
   }
-  Boxes aside(count);
+  Boxes aside(now.size());
   const double unit = std::max(1.0, end / 1024);
   const dReal half = static_cast<dReal>(unit / 2);
-  for (std::size_t i = 0; i < count; ++i)
+  for (std::size_t i = 0; i < aside.size(); ++i)
     aside[i] = {{static_cast<dReal>(end + unit * 2 * static_cast<double>(1 + i)), 0, 0},
                 {half, half, half}};
   Frames frames(all.size(), aside);
   for (std::size_t i = 0; i < all.size(); ++i)
-    for (const auto& [number, box] : all[i]) frames[i][places_in[i].at(number)] = box;
+    for (std::size_t k = 0; k < holders[i].size(); ++k)
+      if (holders[i][k]) frames[i][k] = all[i].at(holders[i][k]);
   return frames;
 }
 

@@ -3,18 +3,6 @@
 set(ODE_PARALLEL_SAP_BENCH_PHYSX "" CACHE PATH "PhysX 5, the directory that has source/ and include/")
 set(ODE_PARALLEL_SAP_BENCH_JOLT "" CACHE PATH "Jolt Physics, the directory that has Jolt/ and Build/")
 
-# source_is_there(<result> <directory> <a file of it>): true, false where none is named, and an error
-# where another directory was.
-function(source_is_there result directory file)
-  set(${result} FALSE PARENT_SCOPE)
-  if(directory)
-    if(NOT EXISTS "${directory}/${file}")
-      message(FATAL_ERROR "${directory} has no ${file}: see tests/bench/README.md.")
-    endif()
-    set(${result} TRUE PARENT_SCOPE)
-  endif()
-endfunction()
-
 # Other people's code: their warnings are nothing to us.
 function(add_foreign_library name)
   add_library(${name} STATIC EXCLUDE_FROM_ALL ${ARGN})
@@ -59,12 +47,16 @@ function(add_jolt root)
   add_subdirectory(${root}/Build ${CMAKE_CURRENT_BINARY_DIR}/jolt EXCLUDE_FROM_ALL)
 endfunction()
 
-source_is_there(physx_FOUND "${ODE_PARALLEL_SAP_BENCH_PHYSX}" source/lowlevelaabb/include/BpBroadPhase.h)
-source_is_there(jolt_FOUND "${ODE_PARALLEL_SAP_BENCH_JOLT}" Build/CMakeLists.txt)
-
-if(physx_FOUND)
-  add_physx(${ODE_PARALLEL_SAP_BENCH_PHYSX})
-endif()
-if(jolt_FOUND)
-  add_jolt(${ODE_PARALLEL_SAP_BENCH_JOLT})
-endif()
+# add_source_peer(<name> <directory> <a file of it>): sets <name>_FOUND, false where no directory is named; where another was that is
+# an error.
+macro(add_source_peer name directory file)
+  set(${name}_FOUND FALSE)
+  if(EXISTS "${directory}/${file}")
+    set(${name}_FOUND TRUE)
+    cmake_language(CALL add_${name} "${directory}")
+  elseif(NOT "${directory}" STREQUAL "")
+    message(FATAL_ERROR "${directory} has no ${file}: see tests/bench/README.md.")
+  endif()
+endmacro()
+add_source_peer(physx "${ODE_PARALLEL_SAP_BENCH_PHYSX}" source/lowlevelaabb/include/BpBroadPhase.h)
+add_source_peer(jolt "${ODE_PARALLEL_SAP_BENCH_JOLT}" Build/CMakeLists.txt)

@@ -8,13 +8,13 @@ FOLDER below tests/bench/results, or a folder of tests/ itself.
 """
 import csv
 import math
-import os
+import pathlib
 import re
 import statistics
 import sys
 
-TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-PROJECT = os.path.dirname(TESTS)
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+PROJECT = TESTS.parent
 OURS = "parallel-sap"
 LIBRARIES = ("embree", "embree-default", "bullet-dbvt", "fcl-tree")  # peers that are not ODE's
 TABLES = {}  # by name: a function of rows and directory, and the file of the rows
@@ -36,10 +36,10 @@ def cell(column, text):
 
 def read(directory, study):
     """The rows of a study, numbers as floats, empty cells as None; [] if it was not run."""
-    path = os.path.join(directory, study + ".csv")
-    if not os.path.exists(path):
+    path = pathlib.Path(directory, study + ".csv")
+    if not path.exists():
         return []
-    with open(path, newline="", encoding="utf-8") as file:
+    with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     # Columns added to a file by a later version would shift silently.
     if any(None in row or None in row.values() for row in rows):
@@ -307,8 +307,7 @@ def ablation(rows, _):
     nothing to do in a cell; where it did not run the cell does not count. The machine was unsteady in a cell in which libraries
     that do the same differ."""
     most_spread = 1.1
-    with open(os.path.join(PROJECT, "space/base/mechanisms.h"), encoding="utf-8") as file:
-        mechanisms = re.findall(r"\nconstexpr bool (\w+) = true;", file.read())
+    mechanisms = re.findall(r"\nconstexpr bool (\w+) = true;", (PROJECT / "space/base/mechanisms.h").read_text("utf-8"))
     times, by_name, unsteady = {}, {}, 0
     for row in rows:
         times.setdefault(row["cell"], {"whole": (row["ms"], True)})[row["without"]] = (row["ms_without"], row["runs"] != 0)
@@ -421,9 +420,8 @@ def make(name, directory):
 
 
 def folder_of(label):
-    found = [path for path in (os.path.join(TESTS, *parts) for parts in (("bench", "results", label), (label, "results"), (label,)))
-             if os.path.isdir(path)]
-    return found[0] if found else sys.exit("no rows of " + label)
+    folders = TESTS / "bench/results" / label, TESTS / label / "results", TESTS / label
+    return next((folder for folder in folders if folder.is_dir()), None) or sys.exit("no rows of " + label)
 
 
 def documents(check):
@@ -433,18 +431,15 @@ def documents(check):
         return match[1] + "\n" + (made or sys.exit("%s: no results for the table %s" % (match[3], match[2]))) + "\n" + match[4]
 
     number, others = 0, []
-    for folder, folders, names in os.walk(PROJECT):
-        folders[:] = [name for name in folders if name != "build" and not name.startswith(".")]
-        for path in (os.path.join(folder, name) for name in names if name.endswith(".md")):
-            with open(path, encoding="utf-8") as file:
-                old = file.read()
-            new, found = re.subn(r"(<!-- table ([\w-]+) (\S+) -->\n).*?(<!-- end -->)", replace, old, flags=re.S)
-            number += found
-            if new != old:
-                others.append(os.path.relpath(path, PROJECT))
-                if not check:
-                    with open(path, "w", encoding="utf-8") as file:
-                        file.write(new)
+    paths = [path for path in PROJECT.rglob("*.md") if not re.search(r"(^|/)(build|[.].*)/", str(path.relative_to(PROJECT)))]
+    for path in sorted(paths):
+        old = path.read_text("utf-8")
+        new, found = re.subn(r"(<!-- table ([\w-]+) (\S+) -->\n).*?(<!-- end -->)", replace, old, flags=re.S)
+        number += found
+        if new != old:
+            others.append(str(path.relative_to(PROJECT)))
+            if not check:
+                path.write_text(new, "utf-8")
     print("%d tables; %s: %s" % (number, "not as their rows" if check else "made anew", ", ".join(others) or "none"))
     sys.exit(1 if check and others or number < 10 else 0)
 

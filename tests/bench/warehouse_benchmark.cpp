@@ -1,6 +1,5 @@
 // Frames of the example's warehouse in ODE's spaces, here, and in other libraries' trees: a step's
 // collide, lidars, a planner.
-#include <map>
 #include <stdexcept>
 
 #include "program.h"
@@ -8,8 +7,8 @@
 
 namespace bench {
 
-std::vector<WarehousePeer>& warehousePeers() {
-  static std::vector<WarehousePeer> peers;
+std::map<std::string, CreateWarehouse>& warehousePeers() {
+  static std::map<std::string, CreateWarehouse> peers;
   return peers;
 }
 
@@ -32,14 +31,15 @@ struct Wishes {
 struct Cell {
   std::string peer;
   scene::Plan plan;
-  std::vector<scene::Work> frames{};  // timed
+  std::vector<double> times{};        // ms
+  std::vector<scene::Work> frames{};  // the same
   std::vector<scene::Work> first{};   // of a turn, which all must find the same in
 };
 
 std::unique_ptr<scene::Warehouse> create(const Cell& cell) {
-  for (const WarehousePeer& peer : warehousePeers())
-    if (peer.name == cell.peer) return peer.create(cell.plan);
-  return std::make_unique<scene::Warehouse>(cell.plan);
+  const auto peer = warehousePeers().find(cell.peer);
+  return peer == warehousePeers().end() ? std::make_unique<scene::Warehouse>(cell.plan)
+                                        : peer->second(cell.plan);
 }
 
 std::vector<Cell> cellsOf(int shelves, const Wishes& wishes) {
@@ -71,30 +71,27 @@ double stage(const std::vector<scene::Work>& frames, int number) {
 
 void run(int shelves, const Wishes& wishes, Csv& csv) {
   std::vector<Cell> cells = cellsOf(shelves, wishes);
-  std::vector<std::vector<double>> times(cells.size());
   for (int round = 0; round < wishes.timing.rounds; ++round)
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::unique_ptr<scene::Warehouse> warehouse = create(cells[i]);
-      cells[i].first.clear();
-      timeFrames(times[i], 2, wishes.timing, [&] {
-        const scene::Work& work = warehouse->frame();
-        cells[i].first.push_back(work);
-        return work.total();
+    for (Cell& cell : cells) {
+      const std::unique_ptr<scene::Warehouse> warehouse = create(cell);
+      cell.first.clear();
+      timeFrames(cell.times, 2, wishes.timing, [&] {
+        cell.first.push_back(warehouse->frame());
+        return cell.first.back().total();
       });
-      cells[i].frames.insert(cells[i].frames.end(), cells[i].first.begin() + 2,
-                             cells[i].first.end());
-      compare(cells[i], cells[0]);
+      cell.frames.insert(cell.frames.end(), cell.first.begin() + 2, cell.first.end());
+      compare(cell, cells[0]);
     }
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const scene::Work& work = cells[i].first.front();
+  for (const Cell& cell : cells) {
+    const scene::Work& work = cell.first.front();
     csv.write(Row()
                   .add("n", shelves)
-                  .add("peer", cells[i].peer)
-                  .add("threads", cells[i].plan.threads)
-                  .addTimes(times[i])
-                  .add("collide_ms", stage(cells[i].frames, scene::Work::Collide))
-                  .add("lidar_ms", stage(cells[i].frames, scene::Work::Lidar))
-                  .add("planner_ms", stage(cells[i].frames, scene::Work::Planner))
+                  .add("peer", cell.peer)
+                  .add("threads", cell.plan.threads)
+                  .addTimes(cell.times)
+                  .add("collide_ms", stage(cell.frames, scene::Work::Collide))
+                  .add("lidar_ms", stage(cell.frames, scene::Work::Lidar))
+                  .add("planner_ms", stage(cell.frames, scene::Work::Planner))
                   .add("pairs", static_cast<std::size_t>(work.pairs))
                   .add("contacts", work.contacts)
                   .add("hits", work.hits)
@@ -109,15 +106,16 @@ int main(int argc, char** argv) {
   bench::Wishes wishes;
   std::vector<std::string> names;
   for (const auto& space : bench::spaces) names.push_back(space.first);
-  for (const bench::WarehousePeer& peer : bench::warehousePeers()) {
-    names.push_back(peer.name);
-    wishes.peers.push_back(peer.name);
+  for (const auto& peer : bench::warehousePeers()) {
+    names.push_back(peer.first);
+    wishes.peers.push_back(peer.first);
   }
   bench::Program program("warehouse-benchmark: a step's collide, lidars and a planner");
-  program.add("--shelves,--sizes", wishes.shelves, "static boxes");
-  program.add("--threads", wishes.threads, "of our space; 0: as many as it takes by itself");
-  program.add("--peers", wishes.peers)->check(CLI::IsMember(names));
-  program.add(wishes.timing);
+  program.add_option("--sizes", wishes.shelves, "shelves: static boxes")->delimiter(',');
+  program.add_option("--threads", wishes.threads, "of our space; 0: as many as it takes by itself")
+      ->delimiter(',');
+  program.add_option("--peers", wishes.peers)->delimiter(',')->check(CLI::IsMember(names));
+  program.addTiming(wishes.timing);
   return program.run(argc, argv, [&] {
     bench::Csv csv(wishes.timing.csv);
     for (const int shelves : wishes.shelves) bench::run(shelves, wishes, csv);

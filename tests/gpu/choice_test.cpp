@@ -1,6 +1,5 @@
 // Where a scene is sent, with made-up machines whose times are known.
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -159,23 +158,19 @@ TEST_CASE("A choice does not waver where times are noisy", "[choice]") {
 }
 
 TEST_CASE("What was found slow is tried again, rarely", "[choice]") {
-  DeviceChoice choice;
-  int frame = 0, on_device = 0;
-  // The device is shared with somebody else during the first frames.
-  const Machine time = [&](int d, double) {
-    on_device += d;
-    return d == 0 ? 2.0 : ++frame < 6 ? 3.5 : 0.5;
+  // The device is shared with somebody else during its first frames.
+  const auto framesOnDevice = [](int shared, int frames) {
+    int on_device = 0;
+    const Machine time = [&](int d, double) {
+      on_device += d;
+      return d == 0 ? 2.0 : on_device <= shared ? 3.5 : 0.5;
+    };
+    DeviceChoice choice;
+    run(choice, time, 1e5, 1, frames, 1);
+    return on_device;
   };
-  run(choice, time, 1e5, 1, 1500, 1);
-  CHECK(on_device > 100);
-  DeviceChoice other;
-  frame = on_device = 0;
-  const Machine slow = [&](int d, double) {
-    on_device += d;
-    return d ? 3.5 : 2.0;
-  };
-  run(other, slow, 1e5, 1, 10000, 1);
-  CHECK(on_device < 40);
+  CHECK(framesOnDevice(5, 1500) > 100);
+  CHECK(framesOnDevice(10000, 10000) < 40);  // always
 }
 
 TEST_CASE("A device whose first frames were slow is soon known as fast", "[choice]") {

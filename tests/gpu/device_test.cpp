@@ -4,7 +4,6 @@
 #include <cuda_runtime_api.h>
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <thread>
 #include <utility>
 

@@ -85,61 +85,6 @@ bool overlapByFormula(const Box& a, const Box& b) {
   return true;
 }
 
-}  // namespace
-
-TEST_CASE("Integers stand for floats in their order, and come back as the same bits",
-          "[elements]") {
-  Random random(sap_test::seedOr(91));
-  for (int i = 0; i < 200000; ++i) {
-    const float a = anyFloat(random), b = anyFloat(random);
-    REQUIRE(bitsOf(unordered(ordered(a))) == bitsOf(a));
-    if (std::isnan(a) || std::isnan(b)) continue;
-    if (a < b) {
-      REQUIRE(ordered(a) < ordered(b));
-    }
-  }
-}
-
-TEST_CASE("A device takes boxes to overlap, and pairs for borderline, as the CPU does",
-          "[elements]") {
-  Random random(sap_test::seedOr(92));
-  int overlapping = 0, borderline = 0;
-  for (int i = 0; i < 200000; ++i) {
-    const Box a = bounded(anyBox(random));
-    const Box b = bounded(random.chance(0.8) ? boxBeside(a, random) : anyBox(random));
-    const device::Record of_a = recordOf(a), of_b = recordOf(b);
-    const bool found = device::overlap(of_a.low, of_a.high, of_b.low, of_b.high);
-    REQUIRE(found == overlapByFormula(a, b));
-    if (!device::isActive(of_a) || !device::isActive(of_b)) continue;
-    const float depth = device::depthOf(of_a.low, of_a.high, of_b.low, of_b.high);
-    REQUIRE((depth >= 0) == found);
-    if (found) REQUIRE((depth == 0) == isBorderline(a, b));
-    overlapping += found;
-    borderline += depth == 0;
-  }
-  CHECK(overlapping > 1000);
-  CHECK(borderline > 100);
-}
-
-TEST_CASE("Whatever overlaps may overlap in nine bits, whatever they are scaled by", "[elements]") {
-  Random random(sap_test::seedOr(98));
-  std::size_t overlapping = 0;
-  for (int trial = 0; trial < 1000000; ++trial) {
-    const Box scaled_by = anyBox(random), one = anyBox(random);
-    const Box other = random.chance(0.8) ? boxBeside(one, random) : anyBox(random);
-    const device::Record bounds = recordOf(scaled_by), a = recordOf(one), b = recordOf(other);
-    if (!device::isActive(bounds) || !device::isActive(a) || !device::isActive(b)) continue;
-    if (!device::overlap(a.low, a.high, b.low, b.high)) continue;
-    ++overlapping;
-    const device::CoarseScale scale(bounds.low, bounds.high);
-    if (!mayOverlap(scale.coarse(a.low, a.high), scale.coarse(b.low, b.high)))
-      FAIL("boxes that overlap may not, in trial " << trial);
-  }
-  CHECK(overlapping > 10000);
-}
-
-namespace {
-
 // How many of all keys share the digits from `shift` on with this one.
 template <class Key>
 std::size_t alike(const std::vector<Key>& keys, Key key, int shift) {
@@ -184,6 +129,55 @@ bool checkCuts(std::vector<Key> keys) {
 }
 
 }  // namespace
+
+TEST_CASE("Integers stand for floats in their order, and come back as the same bits",
+          "[elements]") {
+  Random random(sap_test::seedOr(91));
+  for (int i = 0; i < 200000; ++i) {
+    const float a = anyFloat(random), b = anyFloat(random);
+    REQUIRE(bitsOf(unordered(ordered(a))) == bitsOf(a));
+    if (std::isnan(a) || std::isnan(b)) continue;
+    if (a < b) REQUIRE(ordered(a) < ordered(b));
+  }
+}
+
+TEST_CASE("A device takes boxes to overlap, and pairs for borderline, as the CPU does",
+          "[elements]") {
+  Random random(sap_test::seedOr(92));
+  int overlapping = 0, borderline = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const Box a = bounded(anyBox(random));
+    const Box b = bounded(random.chance(0.8) ? boxBeside(a, random) : anyBox(random));
+    const device::Record of_a = recordOf(a), of_b = recordOf(b);
+    const bool found = device::overlap(of_a.low, of_a.high, of_b.low, of_b.high);
+    REQUIRE(found == overlapByFormula(a, b));
+    if (!device::isActive(of_a) || !device::isActive(of_b)) continue;
+    const float depth = device::depthOf(of_a.low, of_a.high, of_b.low, of_b.high);
+    REQUIRE((depth >= 0) == found);
+    if (found) REQUIRE((depth == 0) == isBorderline(a, b));
+    overlapping += found;
+    borderline += depth == 0;
+  }
+  CHECK(overlapping > 1000);
+  CHECK(borderline > 100);
+}
+
+TEST_CASE("Whatever overlaps may overlap in nine bits, whatever they are scaled by", "[elements]") {
+  Random random(sap_test::seedOr(98));
+  std::size_t overlapping = 0;
+  for (int trial = 0; trial < 1000000; ++trial) {
+    const Box scaled_by = anyBox(random), one = anyBox(random);
+    const Box other = random.chance(0.8) ? boxBeside(one, random) : anyBox(random);
+    const device::Record bounds = recordOf(scaled_by), a = recordOf(one), b = recordOf(other);
+    if (!device::isActive(bounds) || !device::isActive(a) || !device::isActive(b)) continue;
+    if (!device::overlap(a.low, a.high, b.low, b.high)) continue;
+    ++overlapping;
+    const device::CoarseScale scale(bounds.low, bounds.high);
+    if (!mayOverlap(scale.coarse(a.low, a.high), scale.coarse(b.low, b.high)))
+      FAIL("boxes that overlap may not, in trial " << trial);
+  }
+  CHECK(overlapping > 10000);
+}
 
 TEST_CASE("Cells are whole blocks of space, of 32 boxes at most, or a cluster", "[elements]") {
   Random random(sap_test::seedOr(97));

@@ -7,9 +7,7 @@
 // far: a body at 1e9 m beside one that falls onto the ground. shapes: COUNT boxes, spheres and
 // cylinders each (1,001) in three rows on a ground plane, as in Gazebo Sim's world 3k_shapes,
 // simulated. columns: the same shapes, so that each touches what is beside and below it, collided
-// only. Prints sums of what was found, and to stderr what a step took on average over the second
-// half of the frames.
-#include <chrono>
+// only. Prints sums of what was found.
 #include <cstdio>
 #include <cstdlib>
 #include <dart/collision/ode/OdeCollisionDetector.hpp>
@@ -30,7 +28,6 @@
 namespace {
 
 using namespace dart::dynamics;
-using Clock = std::chrono::steady_clock;
 
 Eigen::Isometry3d at(double x, double y, double z) {
   Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
@@ -65,9 +62,7 @@ class Scene {
 
   // Where `place` says where each body is in each frame they are collided only, else simulated.
   void run(int frames, Eigen::Isometry3d (*place)(int body, int frame)) {
-    Clock::time_point begin;
     for (int frame = 0; frame < frames; ++frame) {
-      if (frame == frames / 2) begin = Clock::now();
       if (!place) {
         world_->step();
         note(world_->getLastCollisionResult());
@@ -80,8 +75,6 @@ class Scene {
       solver.getCollisionGroup()->collide(solver.getCollisionOption(), &result);
       note(result);
     }
-    const std::chrono::duration<double, std::milli> ms = Clock::now() - begin;
-    std::fprintf(stderr, "a step: %.3f ms\n", ms.count() / (frames - frames / 2));
   }
 
   void print() const {

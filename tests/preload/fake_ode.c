@@ -1,13 +1,7 @@
 /* A libode that is another one than the library was built for: of the other precision, or, with
- * FAKE_OTHER_VERSION, of the same precision but another file. Its spaces are the addresses of four
+ * OWN_PRECISION=1, of the same precision but another file. Its spaces are the addresses of four
  * characters, so that a program can see whether it got one. */
 #include <string.h>
-
-#if defined(FAKE_OTHER_VERSION)
-#define OWN_PRECISION 1
-#else
-#define OWN_PRECISION 0
-#endif
 
 char fake_spaces[4];
 const char fake_type_information __asm__("_ZTI7dxSpace");

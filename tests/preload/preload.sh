@@ -133,14 +133,15 @@ silent() {
   [ "$1" = 1 ] || cmp "$folder/stock" "$folder/0"
 }
 
-# by_dlsym LIBRARY DLSYM_PROGRAM LINKED COMPILER: a program that gets ODE's functions by dlsym is told so at its end, and what
+# by_dlsym LIBRARY LINKED COMPILER: a program that gets ODE's functions by dlsym is told so at its end, and what
 # space/preload/README.md says it can do works. LINKED is linked with the same ODE.
 by_dlsym() {
-  local library=$1 program=$2 ode
-  ode=$(ldd "$3" | awk '$1 ~ /^libode\./ { print $3 }')
+  local library=$1 ode
+  ode=$(ldd "$2" | awk '$1 ~ /^libode\./ { print $3 }')
   [ "$ode" ] || { echo "Skipped: ODE is not a shared library of its own"; exit 77; }
+  command -v python3 >/dev/null || { echo "Skipped: needs python3"; exit 77; }
   finds() {
-    run 0 "$program" "$@"
+    run 0 python3 "$here/by_dlsym.py" "$@"
     grep -qx '3 pairs' "$folder/printed" || fail "not the three pairs"
   }
   finds "$ode" "$ode" dHashSpaceCreate
@@ -153,13 +154,12 @@ by_dlsym() {
 
   # Without a change of the program: a library that it takes for ODE.
   mkdir "$folder/first"
-  "$4" -shared -o "$folder/first/libode.so" -Wl,--no-as-needed "$preload" "$ode"
+  "$3" -shared -o "$folder/first/libode.so" -Wl,--no-as-needed "$preload" "$ode"
   preload+=$'\n'$ode
   finds "$folder/first/libode.so" "$folder/first/libode.so" dHashSpaceCreate
   grep -q '^ode-parallel-sap: 1 hash spaces replaced, 0 left$' "$folder/said" || fail "the space was not replaced"
 
   # The lines of Python, with an ODE found as bindings find it.
-  command -v python3 >/dev/null || return 0
   {
     echo "import ctypes; ode = ctypes.CDLL('$ode'); ode.dInitODE2(0)"
     sed -n '/^```python/,/^```/p' "$here/../../space/preload/README.md" | grep -v '^```'

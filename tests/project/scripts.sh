@@ -43,25 +43,26 @@ for word in "$@"; do
 done
 for word in "${@:2}"; do [[ $word == -* ]] || touch "$INSTALLED/$word"; done'
 for name in c++ make; do stub "$folder/bin/$name" ''; done
-run() { # run SCRIPT ARGUMENT...
-  status=0
-  PATH=$folder/bin "$folder/tree/$1" "${@:2}" >"$folder/said" 2>"$folder/errors" || status=$?
+run() { # run STATUS SCRIPT ARGUMENT...: which must end with this status
+  local status=0
+  PATH=$folder/bin "$folder/tree/$2" "${@:3}" >"$folder/said" 2>"$folder/errors" || status=$?
+  [ $status -eq "$1" ] || fail "${*:2} ends with $status: $(cat "$folder/errors")"
 }
+complains() { grep -q -e "$1" "$folder/errors" || fail "no '$1': $(cat "$folder/errors")"; }
 says() { grep -qxF -- "$1" "$folder/said" || fail "does not say '$1': $(cat "$folder/said" "$folder/errors")"; }
 
 # Help and wrong arguments come before anything is installed or configured.
 for script in $scripts; do
-  run "$script" --help
-  [ $status -eq 0 ] && grep -q "$script" "$folder/said" || fail "$script --help: $(cat "$folder/said" "$folder/errors")"
-  run "$script" --bad
-  [ $status -eq 2 ] && grep -q -e --bad "$folder/errors" || fail "$script --bad ends with $status: $(cat "$folder/errors")"
+  run 0 "$script" --help
+  grep -q "$script" "$folder/said" || fail "not in its help: $script"
+  run 2 "$script" --bad
+  complains --bad
 done
 for arguments in "examples/run --scene balls --colour=red" "examples/run balls" "examples/run -x" "tests/run pairs" \
   "tests/run -R" "tests/run -LE cpu" "examples/tradeoff/run quick" "examples/tradeoff/run --scene Tower pack" \
   "examples/tradeoff/run --budget 9 -x" "cuda/check/run everything" "tests/bench/run bad" "tests/bench/run pack"; do
   # shellcheck disable=SC2086 # they are words
-  run $arguments
-  [ $status -eq 2 ] || fail "$arguments ends with $status: $(cat "$folder/said" "$folder/errors")"
+  run 2 $arguments
 done
 [ ! -e "$folder/installed/began" ] || fail "something was installed or configured before the answer"
 if command -v python3 >/dev/null; then
@@ -76,26 +77,24 @@ fi
 
 # With --no-install a missing package that is needed ends a script.
 for script in examples/run tests/run examples/tradeoff/run tests/bench/run; do
-  run "$script" --no-install
-  [ $status -eq 1 ] && grep -q 'because of --no-install.* libode-dev' "$folder/errors" || fail "$script: $(cat "$folder/errors")"
+  run 1 "$script" --no-install
+  complains 'because of --no-install.* libode-dev'
 done
 [ ! -e "$folder/installed/began" ] || fail "--no-install installs"
 
 # A user who can install nothing is told all of it in one line, and nothing is begun.
 for script in examples/run tests/run; do
-  USER_ID=1000 run $script
-  [ $status -eq 1 ] || fail "$script ends with $status where a package is missing"
+  USER_ID=1000 run 1 $script
   [ "$(wc -l <"$folder/errors")" -eq 1 ] || fail "not one line: $(cat "$folder/errors")"
   grep -q 'on two cores' "$folder/said" || fail "$script does not say how long it takes"
-  grep -q 'As root: apt-get install .*libode-dev libcli11-dev' "$folder/errors" || fail "$(cat "$folder/errors")"
+  complains 'As root: apt-get install .*libode-dev libcli11-dev'
 done
-grep -q 'libcli11-dev catch2 .*git .* valgrind$' "$folder/errors" || fail "tests/run does not name what it wants"
+complains 'libcli11-dev catch2 .*git .* valgrind$'
 
 # One package that the archive lacks does not keep the others away.
-UNKNOWN=python3-pyode run tests/run
-[ $status -eq 0 ] || fail "tests/run ends with $status: $(cat "$folder/errors")"
+UNKNOWN=python3-pyode run 0 tests/run
 [ -e "$folder/installed/valgrind" ] && [ -e "$folder/installed/git" ] || fail "only $(ls "$folder/installed")"
-grep -q 'Going on without python3-pyode$' "$folder/errors" || fail "$(cat "$folder/errors")"
+complains 'Going on without python3-pyode$'
 grep -q 'NEW packages' "$folder/said" || fail "what is installed is not listed first"
 
 # On a Debian with nothing, tests/run brings at most 60 packages besides those that the build needs.
@@ -103,7 +102,7 @@ count_packages() { # count_packages PACKAGE...
   apt-get -s -o Dir::State::status=/dev/null install --no-install-recommends "$@" 2>/dev/null | grep -c '^Inst '
 }
 building=(g++ make cmake pkg-config libode-dev libcli11-dev catch2)
-run tests/run
+run 0 tests/run
 if command -v apt-get >/dev/null && needed=$(count_packages "${building[@]}"); then
   mapfile -t asked < <(ls -I began "$folder/installed" | while read -r name; do ! apt-cache show "$name" >&/dev/null || echo "$name"; done)
   [ ${#asked[@]} -gt 5 ] || fail "only ${asked[*]} are to be had"
@@ -118,37 +117,36 @@ fi
 # Tests on other systems cannot be built with Catch2 3, so nothing is installed for them there.
 catch2_2=
 [ ! -e /usr/include/catch2/catch.hpp ] || catch2_2=1
-run tests/run --all --no-install
-grep -q 'Going on without .*dpkg-dev' "$folder/errors" && [ ! -e "$folder/installed/dpkg-dev" ] || fail "$(cat "$folder/errors")"
+run 0 tests/run --all --no-install
+complains 'Going on without .*dpkg-dev'
+[ ! -e "$folder/installed/dpkg-dev" ] || fail "--no-install installs"
 [ "$(grep -c 'Going on without .*qemu-user' "$folder/errors")" -eq "${catch2_2:-0}" ] || fail "$(cat "$folder/errors")"
-run tests/run --all
+run 0 tests/run --all
 [ -e "$folder/installed/dpkg-dev" ] || fail "only $(ls "$folder/installed")"
 [ "${catch2_2:-0}" = "$([ -e "$folder/installed/qemu-user" ] && echo 1 || echo 0)" ] || fail "only $(ls "$folder/installed")"
 says "ctest: --test-dir build/release --parallel 2 --output-on-failure --no-tests=error"
 
 # Settings go to CMake, what follows to the program.
-run examples/run -DODE_SOURCE_DIR=/some/where -DA=b --scene balls
+run 0 examples/run -DODE_SOURCE_DIR=/some/where -DA=b --scene balls
 says "cmake: --preset release -DBUILD_TESTING=OFF -DODE_SOURCE_DIR=/some/where -DA=b"
 says "cmake: --build build/release --target pile ode-parallel-sap-libraries --parallel 2"
 says "pile: --scene balls --snapshot build/release/pile.png --if-possible"
-run examples/run -DA=b
+run 0 examples/run -DA=b
 says "pile: --scene cubes --compare 10 --snapshot build/release/pile.png --if-possible"
 
 # A picture that is asked for is the only one; what draws it is then needed, otherwise wanted.
 for arguments in "--view" "--snapshot a.png" "--help"; do
   # shellcheck disable=SC2086 # they are words
-  run examples/run $arguments
+  run 0 examples/run $arguments
   says "pile: $arguments"
 done
 rm "$folder/installed/libgl1-mesa-dri" "$folder/installed/libpng-dev"
-UNKNOWN=libgl1-mesa-dri run examples/run
-[ $status -eq 0 ] || fail "examples/run ends with $status where a package for pictures is not to be had"
-grep -q 'Going on without libgl1-mesa-dri$' "$folder/errors" || fail "$(cat "$folder/errors")"
+UNKNOWN=libgl1-mesa-dri run 0 examples/run
+complains 'Going on without libgl1-mesa-dri$'
 [ -e "$folder/installed/libpng-dev" ] || fail "only $(ls "$folder/installed")"
 says "pile: --scene cubes --compare 10 --snapshot build/release/pile.png --if-possible"
-UNKNOWN=libgl1-mesa-dri run examples/run --snapshot a.png
-[ $status -eq 1 ] || fail "examples/run ends with $status where a picture that was asked for cannot be"
-run examples/run
-run tests/run -DODE_SOURCE_DIR=/some/where -R pairs
+UNKNOWN=libgl1-mesa-dri run 1 examples/run --snapshot a.png # which cannot be done without
+run 0 examples/run
+run 0 tests/run -DODE_SOURCE_DIR=/some/where -R pairs
 says "cmake: --preset release -DODE_SOURCE_DIR=/some/where"
 says "ctest: --test-dir build/release --parallel $(nproc) --output-on-failure --no-tests=error -R pairs -LE ^rebuild\$"

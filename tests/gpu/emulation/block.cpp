@@ -13,7 +13,6 @@
 #include <cstdlib>
 #include <memory>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 #include "tests/gpu/emulation/runtime.h"
@@ -60,7 +59,6 @@ void runThreads();
 
 struct Thread {
   uint3 index = {};
-  int lane = 0, warp = 0;
   bool ended = false;
   std::unique_ptr<Context> context = std::make_unique<Context>(&runThreads);
 };
@@ -127,14 +125,12 @@ void arrange(int threads) {
   block.warps.assign((threads + warp_lanes - 1) / warp_lanes, Warp());
   std::vector<int> warps(block.warps.size());
   std::iota(warps.begin(), warps.end(), 0);
-  for (std::size_t i = warps.size(); i > 1; --i) std::swap(warps[i - 1], warps[random().below(i)]);
+  sap_test::shuffle(warps.data(), warps.size(), random());
   block.order.clear();
   for (const int warp : warps)
     for (int i = warp * warp_lanes; i < std::min(threads, (warp + 1) * warp_lanes); ++i) {
       Thread& thread = block.threads[i];
       thread.index = {static_cast<unsigned>(i), 0, 0};
-      thread.lane = i % warp_lanes;
-      thread.warp = warp;
       thread.ended = false;
       block.order.push_back(static_cast<std::size_t>(i));
     }
@@ -166,7 +162,7 @@ const dim3& gridSize() {
   return block.grid;
 }
 int lane() {
-  return current().lane;
+  return static_cast<int>(current().index.x % warp_lanes);
 }
 
 void waitForBlock() {
@@ -190,10 +186,10 @@ bool anyOfBlock(bool own) {
 }
 
 const LaneValues& exchange(std::uint64_t own) {
-  Warp& warp = block.warps[current().warp];
+  Warp& warp = block.warps[current().index.x / warp_lanes];
   const unsigned round = warp.round;
   LaneValues& values = warp.values[round % 2];
-  values[current().lane] = own;
+  values[lane()] = own;
   if (++warp.arrived == warp_lanes) {
     warp.arrived = 0;
     ++warp.round;

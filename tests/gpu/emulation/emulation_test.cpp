@@ -93,7 +93,7 @@ class Run {
  public:
   Run(std::uint64_t seed, int number, double failing, Seen& seen)
       : random_(seed), scene_(random_), failing_(failing), seen_(seen) {
-    emulation::seed(random_.bits());
+    emulation::random() = Random(random_.bits());
     emulation::settings().kernels_run = true;
     const std::size_t most = number % 4 == 3 ? 1 : 2 + random_.below(random_.chance(0.5) ? 3 : 15);
     const std::size_t members_a_device = 1 + number / 3 % 3;

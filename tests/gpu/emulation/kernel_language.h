@@ -5,10 +5,10 @@
 #include <cuda_runtime.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 #include "tests/gpu/emulation/block.h"
 
@@ -99,38 +99,26 @@ inline unsigned __float_as_uint(float value) {
 
 template <class Value, class Other>
 Value atomicAdd(Value* at, Other value) {
-  const Value before = *at;
-  *at += static_cast<Value>(value);
-  return before;
+  return std::exchange(*at, *at + static_cast<Value>(value));
 }
 template <class Value, class Other>
 Value atomicSub(Value* at, Other value) {
-  const Value before = *at;
-  *at -= static_cast<Value>(value);
-  return before;
+  return std::exchange(*at, *at - static_cast<Value>(value));
 }
 template <class Value>
 Value atomicMin(Value* at, Value value) {
-  const Value before = *at;
-  if (value < before) *at = value;
-  return before;
+  return std::exchange(*at, std::min(*at, value));
 }
 template <class Value>
 Value atomicMax(Value* at, Value value) {
-  const Value before = *at;
-  if (before < value) *at = value;
-  return before;
+  return std::exchange(*at, std::max(*at, value));
 }
 
 template <class A, class B>
 std::common_type_t<A, B> min(A a, B b) {
-  using Common = std::common_type_t<A, B>;
-  return static_cast<Common>(a) < static_cast<Common>(b) ? static_cast<Common>(a)
-                                                         : static_cast<Common>(b);
+  return std::min<std::common_type_t<A, B>>(b, a);
 }
 template <class A, class B>
 std::common_type_t<A, B> max(A a, B b) {
-  using Common = std::common_type_t<A, B>;
-  return static_cast<Common>(a) < static_cast<Common>(b) ? static_cast<Common>(b)
-                                                         : static_cast<Common>(a);
+  return std::max<std::common_type_t<A, B>>(a, b);
 }

@@ -91,6 +91,11 @@ Machine& machine() {
 }
 
 using Lock = std::lock_guard<std::mutex>;
+// Of one statement, in which the machine is locked.
+struct Locked {
+  Lock lock{machine().mutex};
+  Machine* operator->() const { return &machine(); }
+};
 
 thread_local std::vector<CUcontext> stack;
 
@@ -233,10 +238,7 @@ CUresult CUDAAPI deviceGet(CUdevice* device, int ordinal) {
 }
 CUresult CUDAAPI primaryContextRetain(CUcontext* context, CUdevice device) {
   if (!exists(device)) return CUDA_ERROR_INVALID_DEVICE;
-  if (settings().contexts_wait) {
-    const Lock lock(machine().mutex);
-    ++machine().devices[device].tried;
-  }
+  if (settings().contexts_wait) ++Locked()->devices[device].tried;
   while (settings().contexts_wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   const Lock lock(machine().mutex);
   *context = primaryContextOf(device);
@@ -246,9 +248,8 @@ CUresult CUDAAPI primaryContextRelease(CUdevice) {
   return CUDA_SUCCESS;
 }
 CUresult CUDAAPI primaryContextState(CUdevice device, unsigned int* flags, int* active) {
-  const Lock lock(machine().mutex);
   *flags = 0;
-  *active = machine().devices[device].has_context;
+  *active = Locked()->devices[device].has_context;
   return CUDA_SUCCESS;
 }
 CUresult CUDAAPI contextId(CUcontext context, unsigned long long* id) {
@@ -302,16 +303,13 @@ void setDevices(const std::string& devices) {
   }
 }
 Device device(int number) {
-  const Lock lock(machine().mutex);
-  return machine().devices.at(number);
+  return Locked()->devices.at(number);
 }
 void setFull(int device, bool full) {
-  const Lock lock(machine().mutex);
-  machine().devices.at(device).full = full;
+  Locked()->devices.at(device).full = full;
 }
 void failAllocation(unsigned long long allocation) {
-  const Lock lock(machine().mutex);
-  machine().allocations_until_failure = allocation;
+  Locked()->allocations_until_failure = allocation;
 }
 void reset(int device) {
   const Lock lock(machine().mutex);
@@ -326,8 +324,7 @@ void reset(int device) {
                 streams.end());
 }
 int callsWithoutContext() {
-  const Lock lock(machine().mutex);
-  return machine().calls_without_context;
+  return Locked()->calls_without_context;
 }
 std::size_t memoryHeld() {
   std::size_t bytes = 0;
@@ -358,9 +355,6 @@ sap_test::Random& random() {
   static sap_test::Random numbers(1);
   return numbers;
 }
-void seed(std::uint64_t seed) {
-  random() = sap_test::Random(seed);
-}
 void shuffleStreams() {
   for (CUstream_st* stream : machine().streams) stream->priority = random().bits();
 }
@@ -380,7 +374,7 @@ cudaError_t launch(cudaStream_t stream, std::function<void()> work) {
 cudaError_t launchWithScratch(void* scratch, std::size_t& bytes, std::size_t needed,
                               cudaStream_t stream, std::function<void()> work) {
   if (!scratch) {
-    bytes = needed;
+    bytes = 1 + needed;
     return cudaSuccess;
   }
   return launch(stream, [=, size = bytes] {
@@ -485,8 +479,7 @@ cudaError_t cudaMemsetAsync(void* to, int value, std::size_t bytes, cudaStream_t
 
 cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned int) {
   const cudaError_t status = create(stream);
-  const Lock lock(machine().mutex);
-  if (status == cudaSuccess) machine().streams.push_back(*stream);
+  if (status == cudaSuccess) Locked()->streams.push_back(*stream);
   return status;
 }
 cudaError_t cudaStreamDestroy(cudaStream_t stream) {

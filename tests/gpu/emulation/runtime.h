@@ -77,7 +77,6 @@ Settings& settings();
 
 // What decides in which order things happen. The same seed, the same order.
 sap_test::Random& random();
-void seed(std::uint64_t seed);
 // Some streams lag behind from now on, until they are waited for.
 void shuffleStreams();
 // Pieces of work that nobody has waited for.
@@ -85,8 +84,8 @@ std::size_t pending();
 
 // Adds a kernel to a stream.
 cudaError_t launch(cudaStream_t stream, std::function<void()> work);
-// The same as CUB does: asked without scratch memory it says how much there has to be; afterwards
-// that is full of anything.
+// The same as CUB does: asked without scratch memory it says how much there has to be, a byte more
+// than `needed`; afterwards that is full of anything.
 cudaError_t launchWithScratch(void* scratch, std::size_t& bytes, std::size_t needed,
                               cudaStream_t stream, std::function<void()> work);
 
