@@ -16,6 +16,7 @@
 #include "support/configurations.h"
 #include "support/image_scene.h"
 #include "support/knobs.h"
+#include "support/mesh.h"
 #include "support/ode_errors.h"
 
 using namespace sap_test;
@@ -47,16 +48,6 @@ const Fault* expectedFault() {
   for (const Fault& fault : faults)
     if (name && fault.name == std::string(name)) return &fault;
   return nullptr;
-}
-
-// A torus without what the collider of convexes asks meshes for.
-dGeomID createPlainMesh(dSpaceID space) {
-  static const float vertices[4][3] = {{-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}};
-  static const dTriIndex triangles[2][3] = {{0, 1, 2}, {0, 2, 3}};
-  static const dTriMeshDataID data = dGeomTriMeshDataCreate();
-  dGeomTriMeshDataBuildSingle(data, vertices, sizeof vertices[0], 4, triangles, 6,
-                              sizeof triangles[0]);
-  return dCreateTriMesh(space, data, nullptr, nullptr, nullptr);
 }
 
 const std::thread::id tests_thread = std::this_thread::get_id();
@@ -138,8 +129,10 @@ TEST_CASE("What fails in a collider of an image leaves the call") {
   dParallelSAPSpaceSetNumThreads(space, 3);
   ContactScene scene(space);
   scene.fill({Kind::Convex}, 40, seedOr(71));
+  // Without what the collider of convexes asks meshes for.
+  const Mesh plain({-2, -2, 0, 2, -2, 0, 2, 2, 0, -2, 2, 0}, {0, 1, 2, 0, 2, 3});
   std::vector<dGeomID> meshes;
-  for (int i = 0; i < 6; ++i) meshes.push_back(createPlainMesh(space));
+  for (int i = 0; i < 6; ++i) meshes.push_back(plain.create(space));
   for (const dGeomID mesh : meshes) dGeomSetPosition(mesh, 1, 1, 1);
   for (int frame = 0; frame < 3; ++frame) {
     const auto before = timesOnImages();

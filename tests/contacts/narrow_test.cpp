@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <cstdlib>
-#include <new>
 #include <set>
 #include <string>
 #include <utility>
@@ -98,26 +97,6 @@ TEST_CASE("The threads of pairs and of contacts are told apart", "[narrow]") {
   CHECK(statsOf(space).find_threads == finding);
   CHECK(statsOf(space).narrow_threads == 0);
   CHECK(statsOf(space).threads == finding);
-}
-
-TEST_CASE("After a flags callback without memory all contacts come all the same", "[narrow]") {
-  const Space space;
-  ContactScene scene(space);
-  fillWithAll(scene, 300, seedOr(88));
-  const Contacts expected = serialContacts(space, {4});
-  for (const int threads : kThreads) {
-    CAPTURE(threads);
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    static std::atomic<int> left;
-    left = 50;
-    const auto flags = [](void*, dGeomID, dGeomID) -> int {
-      if (--left == 0) throw std::bad_alloc();
-      return 4;
-    };
-    CHECK(difference(parallelContacts(space, 0, {nullptr, flags, nullptr, nullptr}), expected) ==
-          "");
-    CHECK(left < 0);
-  }
 }
 
 TEST_CASE("Bounds of added geoms are up to date before other threads may ask for them",

@@ -10,6 +10,7 @@
 #include "support/bounds.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
+#include "support/mesh.h"
 #include "support/ode_errors.h"
 #include "support/random.h"
 
@@ -202,12 +203,9 @@ TEST_CASE("Each contact that is kept adds as much area as any could, the earlier
 
 TEST_CASE("A sphere in a mesh's plane gets a NaN of dCollide, which is reported and told once",
           "[reducers]") {
-  static const float corners[] = {-5, -5, 0, 5, -5, 0, 5, 5, 0, -5, 5, 0};
-  static const dTriIndex triangles[] = {0, 1, 2, 0, 2, 3};
-  const dTriMeshDataID data = dGeomTriMeshDataCreate();
-  dGeomTriMeshDataBuildSingle(data, corners, 12, 4, triangles, 6, 12);
+  const Mesh square({-5, -5, 0, 5, -5, 0, 5, 5, 0, -5, 5, 0}, {0, 1, 2, 0, 2, 3});
   const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
-  dCreateTriMesh(space, data, nullptr, nullptr, nullptr);
+  square.create(space);
   const dGeomID sphere = dCreateSphere(space, real(0.5));
   struct Seen {
     int pairs = 0, not_finite = 0;
@@ -235,15 +233,11 @@ TEST_CASE("A sphere in a mesh's plane gets a NaN of dCollide, which is reported 
     CHECK(messages.all().size() == (reduces ? 0 : 1));
   }
   dSpaceDestroy(space);
-  dGeomTriMeshDataDestroy(data);
 }
 
 TEST_CASE("Contacts that ODE's colliders find beside their geoms are kept last", "[reducers]") {
-  static const float corners[] = {-5, -5, 0, 5, -5, 0, 5, 5, 0, -5, 5, 0};
-  static const dTriIndex triangles[] = {0, 1, 2, 0, 2, 3};
-  const dTriMeshDataID data = dGeomTriMeshDataCreate();
-  dGeomTriMeshDataBuildSingle(data, corners, 12, 4, triangles, 6, 12);
-  const dGeomID floor = dCreateTriMesh(nullptr, data, nullptr, nullptr, nullptr);
+  const Mesh square({-5, -5, 0, 5, -5, 0, 5, 5, 0, -5, 5, 0}, {0, 1, 2, 0, 2, 3});
+  const dGeomID floor = square.create(nullptr);
   const dGeomID box = dCreateBox(nullptr, 1, 1, 1);
   Random random(seedOr(65));
   int beside = 0;
@@ -281,5 +275,4 @@ TEST_CASE("Contacts that ODE's colliders find beside their geoms are kept last",
   CHECK(beside > scaled(20000) / 200);
   dGeomDestroy(box);
   dGeomDestroy(floor);
-  dGeomTriMeshDataDestroy(data);
 }

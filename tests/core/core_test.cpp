@@ -146,32 +146,6 @@ TEST_CASE("Where no pair is borderline, none is tested again") {
   chooseKernelSet(best);
 }
 
-TEST_CASE("Clusters that no key tells apart are still cut into cells") {
-  // Exponentially nested clusters: each a millionth of the last one's size.
-  const std::uint64_t seed = sap_test::seedOr(1);
-  INFO("seed " << seed);
-  sap_test::Random random(seed);
-  std::vector<sap_test::Box> scene;
-  double size = 1;
-  for (int level = 0; level < 5; ++level, size *= 1e-6)
-    for (int i = 0; i < 700; ++i) {
-      sap_test::Box box;
-      for (int axis = 0; axis < 3; ++axis) {
-        box.low[axis] = size * random.unit();
-        box.high[axis] = box.low[axis] + size * 0.05;
-      }
-      scene.push_back(box);
-    }
-  for (const bool wide : {false, true}) {
-    const Case wanted = makeCase(scene, wide, false);
-    PairList list;
-    Sweep<float> sweep;
-    Sweep<double> wide_sweep;
-    check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
-          wanted);
-  }
-}
-
 TEST_CASE("Bounds become the nearest floats that are finite, in their order, whatever their bits") {
   sap_test::Random random(sap_test::seedOr(1));
   const double infinity = std::numeric_limits<double>::infinity();

@@ -2,10 +2,8 @@
 // library, which is the way on any other processor (CMakeLists.txt).
 #include "space/base/floating_point.h"
 
-#include <atomic>
 #include <limits>
 
-#include "space/base/parallel.h"
 #include "support/catch.hpp"
 #include "support/floating_point.h"
 
@@ -75,27 +73,5 @@ TEST_CASE("The modes of these tests do what their names say", "[modes]") {
     CHECK(found.keeps_denormals == !flushing);
     CHECK(found.reads_denormals == !flushing);
     CHECK(found.rounds_to_nearest == nearest);
-  }
-}
-
-TEST_CASE("Every thread of a team runs in its caller's mode and gets its own back") {
-  constexpr int threads = 4;
-  static Region region("floating-point modes");
-  for (const unsigned mode : modes) {
-    INFO("mode " << std::hex << mode);
-    std::atomic<int> ran{0}, strange{0};
-    const auto look = [&](unsigned wanted) {
-      return [&ran, &strange, wanted](int, int) {
-        ++ran;
-        strange += sap_test::FloatingPointMode::current() != wanted;
-      };
-    };
-    {
-      const sap_test::FloatingPointMode scoped(mode);
-      runTeam(region, threads, look(mode));
-    }
-    runTeam(region, threads, look(sap_test::FloatingPointMode::kDefault));
-    CHECK(ran >= 2);
-    CHECK(strange == 0);
   }
 }

@@ -12,9 +12,7 @@
 #include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
-#include "support/random.h"
 #include "support/recorder.h"
-#include "support/rules_oracle.h"
 #include "support/scenes.h"
 #include "support/variable.h"
 
@@ -41,97 +39,24 @@ struct Row {
   Pairs pairs;
 };
 
-// A world without gravity in which bodies fall asleep at once, and couples of them hang together.
-class SteppedScene {
- public:
-  explicit SteppedScene(std::uint64_t seed) : random_(seed) {
-    world_.addBoxes(denseCube(300, seed));
-    dWorldSetAutoDisableFlag(world_.dynamics(), 1);
-    dWorldSetAutoDisableSteps(world_.dynamics(), 2);
-    dWorldSetAutoDisableTime(world_.dynamics(), 0);
-    for (const dGeomID geom : world_.geoms())
-      if (random_.chance(0.8)) world_.giveBody(geom);
-    // A body without a joint never sleeps.
-    for (const dBodyID body : world_.bodies())
-      dJointAttach(dJointCreateLMotor(world_.dynamics(), nullptr), body, nullptr);
-    for (std::size_t i = 0; i + 1 < world_.bodies().size(); i += 2)
-      if (random_.chance(0.5)) join(world_.bodies()[i], world_.bodies()[i + 1]);
-  }
-  dSpaceID space() const { return space_; }
-
-  // A few bodies are woken and pushed, of which the space is told, others stopped; the step does
-  // the rest.
-  void step() {
-    for (const dBodyID body : world_.bodies())
-      if (random_.chance(0.8)) stop(body);
-    for (int i = 0; i < 3 && random_.chance(0.5); ++i) {
-      const dBodyID body = world_.bodies()[random_.below(world_.bodies().size())];
-      dBodyEnable(body);
-      dBodySetLinearVel(body, random_.between(-9, 9), random_.between(-9, 9), 0);
-      dParallelSAPSpaceNotify(space_, dBodyGetFirstGeom(body));
-    }
-    dWorldQuickStep(world_.dynamics(), 0.02);
-  }
-  std::size_t asleep() const {
-    std::size_t asleep = 0;
-    for (const dBodyID body : world_.bodies()) asleep += !dBodyIsEnabled(body);
-    return asleep;
-  }
-  std::string wrong(const Pairs& pairs) const {
-    return wrongByRules(Rules::of(space_), world_.geoms(), pairs);
-  }
-
- private:
-  void join(dBodyID a, dBodyID b) {
-    const dReal* const at = dBodyGetPosition(a);
-    const dJointID joint = dJointCreateBall(world_.dynamics(), nullptr);
-    dJointAttach(joint, a, b);
-    dJointSetBallAnchor(joint, at[0], at[1], at[2]);
-  }
-  static void stop(dBodyID body) {
-    dBodySetLinearVel(body, 0, 0, 0);
-    dBodySetAngularVel(body, 0, 0, 0);
-  }
-
-  Space space_;
-  World world_{space_};
-  Random random_;
-};
-
 }  // namespace
 
-TEST_CASE("Of bodies that a step puts to sleep or wakes nobody need tell", "[notified]") {
+TEST_CASE("A frame reads only geoms that were announced, in callbacks or between", "[notified]") {
   const BareEnvironment bare;
-  const std::uint64_t seed = seedOr(64);
-  for (const bool skip_static : {false, true}) {
-    SteppedScene scene(seed);
-    dParallelSAPSpaceSetSkipAsleep(scene.space(), 1);
-    dParallelSAPSpaceSetSkipStatic(scene.space(), skip_static);
-    dParallelSAPSpaceSetNotified(scene.space(), 1);
-    int changes = 0, few = 0;
-    std::size_t asleep = 0;
-    for (int frame = 0; frame < scaled(200); ++frame) {
-      INFO("seed " << seed << ", skip static " << skip_static << ", frame " << frame);
-      REQUIRE(scene.wrong(collide(scene.space())) == "");
-      changes += scene.asleep() != asleep;
-      asleep = scene.asleep();
-      few += statsOf(scene.space()).moved < 30;
-      scene.step();
-    }
-    CHECK(changes > scaled(200) / 10);
-    CHECK(few > scaled(200) / 10);
-  }
-}
-
-TEST_CASE("A frame reads only geoms that were announced", "[notified]") {
-  const BareEnvironment bare;
-  for (const bool all : {false, true}) {
+  enum { all, one, in_callback };
+  for (const int way : {all, one, in_callback}) {
     Row row;
     dParallelSAPSpaceSetNotified(row.space, 1);
     CHECK(collide(row.space) == row.pairs);
     dGeomDisable(row.geom());
     CHECK(collide(row.space) == row.pairs);  // a broken promise
-    dParallelSAPSpaceNotify(row.space, all ? nullptr : row.geom());
+    if (way == in_callback)
+      dSpaceCollide(row.space, &row, [](void* data, dGeomID, dGeomID) {
+        Row& row = *static_cast<Row*>(data);
+        dParallelSAPSpaceNotify(row.space, row.geom());
+      });
+    else
+      dParallelSAPSpaceNotify(row.space, way == all ? nullptr : row.geom());
     CHECK(collide(row.space).size() == row.pairs.size() - 1);
     CHECK(statsOf(row.space).kept > 0);
     CHECK(statsOf(row.space).disabled == 1);
@@ -140,19 +65,6 @@ TEST_CASE("A frame reads only geoms that were announced", "[notified]") {
     dParallelSAPSpaceSetNotified(row.space, 0);
     CHECK(collide(row.space) == row.pairs);
   }
-}
-
-TEST_CASE("A change announced in a callback counts in the next collide", "[notified]") {
-  const BareEnvironment bare;
-  Row row;
-  dParallelSAPSpaceSetNotified(row.space, 1);
-  (void)collide(row.space);
-  dSpaceCollide(row.space, &row, [](void* data, dGeomID, dGeomID) {
-    Row& row = *static_cast<Row*>(data);
-    dGeomDisable(row.geom());
-    dParallelSAPSpaceNotify(row.space, row.geom());
-  });
-  CHECK(collide(row.space).size() == row.pairs.size() - 1);
 }
 
 TEST_CASE("Many threads may tell of geoms at once", "[notified]") {

@@ -1,7 +1,6 @@
 // Meshes whose triangles change without a word to any space: dGeomTriMeshSetData tells none.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -9,6 +8,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/contact_scene.h"
+#include "support/mesh.h"
 #include "support/ray_oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
@@ -17,40 +17,14 @@ using namespace sap_test;
 
 namespace {
 
-// Where a mesh is while it is here, or not.
-double xOf(bool here) {
-  return here ? 100 : 170;
-}
+constexpr dReal kHere = 100;
 
-const dReal kHere = real(xOf(true));
+// One triangle at each place, from x to x + 1; the second one is here.
+struct Triangles {
+  const Mesh away{{170, 0, 0, 171, 0, 0, 170, 1, 1}, {0, 1, 2}},
+      here{{100, 0, 0, 101, 0, 0, 100, 1, 1}, {0, 1, 2}};
 
-// One triangle at each place, from x to x + 1.
-class Triangles {
- public:
-  Triangles() {
-    static const dTriIndex indices[] = {0, 1, 2};
-    for (const bool place : {false, true}) {
-      const double x = xOf(place);
-      vertices_[place] = {x, 0, 0, x + 1, 0, 0, x, 1, 1};
-      data_[place] = dGeomTriMeshDataCreate();
-      dGeomTriMeshDataBuildDouble(data_[place], vertices_[place].data(), 3 * sizeof(double), 3,
-                                  indices, 3, 3 * sizeof(dTriIndex));
-    }
-  }
-  ~Triangles() {
-    for (const dTriMeshDataID data : data_) dGeomTriMeshDataDestroy(data);
-  }
-  Triangles(const Triangles&) = delete;
-  Triangles& operator=(const Triangles&) = delete;
-
-  dTriMeshDataID at(bool place) const { return data_[place]; }
-  dGeomID create(dSpaceID space, bool place) const {
-    return dCreateTriMesh(space, data_[place], nullptr, nullptr, nullptr);
-  }
-
- private:
-  std::array<double, 9> vertices_[2];
-  dTriMeshDataID data_[2];
+  dTriMeshDataID at(bool place) const { return (place ? here : away).data(); }
 };
 
 // How much a call tells, but for a sphere that the probe and the ray meet.
@@ -71,7 +45,7 @@ std::size_t toldBy(std::size_t call, dSpaceID space, dGeomID probe) {
     case 5:
       return dParallelSAPSpaceOverlaps(space, &one, 1, sizeof one, 1, nullptr, nullptr) - 1;
     default:
-      return allHits(space, {rayOf({xOf(true) + 0.3, 0.25, 5}, {0, 0, -1}, 10)}, 1)[0].size() - 1;
+      return allHits(space, {rayOf({kHere + 0.3, 0.25, 5}, {0, 0, -1}, 10)}, 1)[0].size() - 1;
   }
 }
 
@@ -91,7 +65,7 @@ TEST_CASE("Every call sees the triangles that a mesh got right before it, in spa
         const Space space;
         World world(space);
         world.addBoxes(denseCube(others, 1));
-        const dGeomID mesh = triangles.create(innermost(outermost(space)), false);
+        const dGeomID mesh = triangles.away.create(innermost(outermost(space)));
         const dGeomID host = dCreateSphere(space, 1), probe = dCreateSphere(nullptr, 1);
         for (const dGeomID geom : {host, probe}) dGeomSetPosition(geom, kHere, 0, 0);
         std::size_t away[kCalls];
@@ -112,7 +86,7 @@ TEST_CASE("A space that is the geom of a query brings its meshes up to date firs
   const Space space, other;
   dSpaceSetSublevel(space, 1);  // so that its geoms meet the other space as one geom
   dGeomSetPosition(dCreateBox(space, 2, 2, 2), kHere, 0, 0);
-  const dGeomID mesh = triangles.create(other, false);
+  const dGeomID mesh = triangles.away.create(other);
   CHECK(collide2(space, other.geom()).empty());
   dGeomTriMeshSetData(mesh, triangles.at(true));
   CHECK(collide2(space, other.geom()).size() == 1);
@@ -138,7 +112,7 @@ TEST_CASE("What stock sub-spaces leave dirty makes none of them dirty in callbac
     const Space space;
     const dSpaceID stock = dSimpleSpaceCreate(space), ours = dParallelSAPSpaceCreate(stock),
                    inner = dSimpleSpaceCreate(ours);
-    const dGeomID mesh = triangles.create(inner, false);
+    const dGeomID mesh = triangles.away.create(inner);
     setNumber(mesh, 0);
     (void)dCreateSphere(inner, 1);
     const dGeomID mover = dCreateSphere(inner, 1), front = dCreateSphere(stock, 1);
@@ -164,7 +138,7 @@ TEST_CASE("ODE misses no geom of a stock sub-space whose list it goes through", 
     for (const bool silently : {false, true}) {
       const Space space;
       const dSpaceID stock = create(space), inner = create(stock);
-      const dGeomID meshes[] = {triangles.create(stock, false), triangles.create(inner, false)};
+      const dGeomID meshes[] = {triangles.away.create(stock), triangles.away.create(inner)};
       for (int i = 0; i < 3; ++i) dGeomSetPosition(dCreateSphere(stock, 1), 0, 0, 0);
       for (int i = 0; i < 9; ++i) dGeomSetPosition(dCreateBox(space, 2, 2, 2), kHere, 0, 0);
       (void)collide(space);

@@ -32,6 +32,9 @@ Driver::Driver(Decisions& decisions, std::size_t most_geoms, const Configuration
   dSetMessageHandler(ignoreMessage);
   dSetDebugHandler(endInAssertion);
   dSetErrorHandler(endInAssertion);
+  dWorldSetAutoDisableFlag(world_, decisions_.chance(128));
+  dWorldSetAutoDisableSteps(world_, 1);
+  dWorldSetAutoDisableTime(world_, 0);
   createSpace();
   populate();
 }

@@ -60,9 +60,17 @@ class Driver {
   Pairs pairsByStay(const Pairs& got) const;
   void addGeoms(int space, bool deep, EventsOracle::Geoms& geoms) const;
   bool changes_users_unasked_ = true;  // geoms of user classes, without a word
+  bool sweeps_ = true;                 // spaces get swept bounds
 
  private:
   static constexpr int kNone = -1;
+  enum Setting : std::size_t {
+    kSkipStatic = 4,
+    kSkipAsleep,
+    kNotified,
+    kSweptBounds = 9,
+    kSettings
+  };
   enum Kind { kBox, kSphere, kCapsule, kCylinder, kUser, kMesh, kRay, kPlane, kLeafKinds, kSpace };
 
   // A geom or a space; its place in objects_ is its number.
@@ -103,7 +111,7 @@ class Driver {
     std::size_t ways;
     void (Driver::*make)(int object, std::size_t way, Random& random);
   };
-  static constexpr std::size_t kNumChanges = 12;
+  static constexpr std::size_t kNumChanges = 13;
   static const Change kChanges[kNumChanges];
   void destroyLeaf(int object, std::size_t, Random&);
   void replaceLeaf(int object, std::size_t, Random& random);
@@ -111,6 +119,7 @@ class Driver {
   void turn(int object, std::size_t, Random& random);
   void resize(int object, std::size_t, Random& random);
   void giveBody(int object, std::size_t way, Random& random);
+  void push(int object, std::size_t, Random& random);
   void changeOffset(int object, std::size_t way, Random& random);
   void changeBits(int object, std::size_t way, Random& random);
   void changeEnabled(int object, std::size_t way, Random& random);
@@ -131,6 +140,7 @@ class Driver {
   void changeSettings();
   void change(int space, std::size_t setting, std::size_t value);
   void stepWorld();
+  void stepBodies(double part, double speed, Random& random);
 
   // Collides, in driver_collides.cpp.
   void collidePlain(int space, dGeomID with = nullptr);

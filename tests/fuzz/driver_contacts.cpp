@@ -231,6 +231,13 @@ void Driver::collideTouching(int space, EventsOracle& oracle, Random& random) {
   inner.salt = call.salt + 1;
   call.reduces = random.chance(0.5);
   call.descends = random.chance(0.9);
+  // Each pair of a sub-space collides this, too: few geoms have many contacts.
+  const std::vector<int> all = within(space);
+  const std::size_t members = objects_[space].members.size(), deeper = all.size() - members;
+  const bool is_flat = std::none_of(all.begin(), all.end(), [&](int object) {
+    return objects_[object].kind == kSpace && objects_[object].parent != space;
+  });
+  call.inside = call.descends && is_flat && members * deeper * deeper < 5000 && random.chance(0.5);
   if (random.chance(0.3)) call.interruption = static_cast<Interruption>(random.below(4));
   call.at = 1 + random.below(20);
   const auto events = [id] {
@@ -263,6 +270,7 @@ void Driver::collideTouching(int space, EventsOracle& oracle, Random& random) {
   loop.flags_of = flagsOf;
   loop.reduce = call.reduces ? reduceAny : nullptr;
   loop.data = &call;
+  loop.inside = call.inside;
   const Contacts expected = expectedContacts(own, loop, call.descends);
   std::string problem = problemOf(call, finished, expected);
   Pairs touches;

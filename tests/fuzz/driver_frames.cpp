@@ -1,4 +1,5 @@
-// Frames of one space in a row, in which its geoms rest, move, drift or tremble and change.
+// Frames of one space in a row, in which its geoms rest, move, drift or tremble and change, or the
+// world steps.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
@@ -126,15 +127,15 @@ void Driver::checkEvents(int space, const Pairs& got, EventsOracle& oracle) {
 // Trembling by the sweep, so that small scenes keep candidates too, and without a tolerance, which
 // has room for boxes itself. With events at times, and with a trace that is written to nowhere.
 void Driver::collideFrames() {
-  enum Motion { kSome, kSomeByLittle, kDrift, kTremble };
-  const Motion motion = static_cast<Motion>(decisions_.below(4));
+  enum Motion { kSome, kSomeByLittle, kDrift, kTremble, kStep };
+  const Motion motion = static_cast<Motion>(decisions_.below(5));
   const int space = motion == kTremble || decisions_.chance(128) ? pickOurSpace() : pickSpace();
   const dSpaceID id = spaceOf(space);
   const std::size_t frames = 1 + decisions_.below(10);
   const double distances[] = {0.001, 0.004, 0.012, 0.1}, parts[] = {0, 0.002, 0.01, 0.1, 0.5, 1};
   const double distance = distances[decisions_.below(motion == kTremble ? 3 : 4)];
-  const double moving = parts[decisions_.below(motion == kTremble ? 3 : 6)];
-  const double changing = parts[decisions_.below(motion == kTremble ? 3 : 5)];
+  const double moving = parts[decisions_.below(motion >= kTremble ? 3 : 6)];
+  const double changing = parts[decisions_.below(motion >= kTremble ? 3 : 5)];
   int events =
       objects_[space].ours && decisions_.chance(96) ? 1 + static_cast<int>(decisions_.below(3)) : 0;
   // Where rounding decides whether a culled pair rests, only its event tells.
@@ -162,6 +163,7 @@ void Driver::collideFrames() {
   for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
     if (motion == kDrift) driftAll(space, distance);
     if (motion == kTremble) trembleAll(space, distance, moving, random);
+    if (motion == kStep) stepBodies(moving, 9, random);
     for (const int member : objects_[space].members)
       if (motion <= kSomeByLittle && random.chance(moving)) place(member, motion * 2, random);
     for (const int object : within(space)) {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <thread>
 
+#include "../support/mesh.h"
 #include "driver.h"
 
 namespace sap_test {
@@ -22,24 +23,18 @@ int vetoes(dGeomID self, dGeomID other, dReal[6]) {
 }
 
 // The same tetrahedron, here and out of the crowd.
-dTriMeshDataID trianglesAt(std::size_t place) {
-  static const float corners[2][4][3] = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                                         {{0, 0, 20}, {1, 0, 20}, {0, 1, 20}, {0, 0, 21}}};
-  static const dTriIndex faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  static dTriMeshDataID data[2];
-  if (!data[place]) {
-    data[place] = dGeomTriMeshDataCreate();
-    dGeomTriMeshDataBuildSingle(data[place], corners[place], sizeof corners[0][0], 4, faces, 12,
-                                sizeof faces[0]);
-  }
-  return data[place];
+const Mesh& trianglesAt(std::size_t place) {
+  static const std::vector<dTriIndex> faces = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+  static const Mesh &here = *new Mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, faces),
+                    &above = *new Mesh({0, 0, 20, 1, 0, 20, 0, 1, 20, 0, 0, 21}, faces);
+  return place ? above : here;
 }
 
 }  // namespace
 
 // ODE says nothing of it to anybody.
 void Driver::changeTriangles(int object, std::size_t place) {
-  dGeomTriMeshSetData(objects_[object].geom, trianglesAt(place));
+  dGeomTriMeshSetData(objects_[object].geom, trianglesAt(place).data());
   changed_meshes_.push_back(object);
 }
 
@@ -173,7 +168,7 @@ int Driver::createLeaf(Kind kind, Random& random) {
                            random.chance(0.5) && makes_tests_ ? vetoes : nullptr);
       break;
     case kMesh:
-      geom = dCreateTriMesh(nullptr, trianglesAt(random.below(2)), nullptr, nullptr, nullptr);
+      geom = trianglesAt(random.below(2)).create(nullptr);
       break;
     case kRay:
       geom = dCreateRay(nullptr, a + b);
@@ -223,6 +218,9 @@ int Driver::createBody(int at_object) {
   const dBodyID body = dBodyCreate(world_);
   const dReal* const at = dGeomGetPosition(objects_[at_object].geom);
   dBodySetPosition(body, at[0], at[1], at[2]);
+  // A body without a joint never falls asleep by itself.
+  const dBodyID other = bodies_.size() % 2 ? bodies_.back() : nullptr;
+  dJointAttach(dJointCreateLMotor(world_, nullptr), body, other);
   bodies_.push_back(body);
   return static_cast<int>(bodies_.size()) - 1;
 }
@@ -271,7 +269,20 @@ void Driver::createSpace() {
   setNumber(asGeom(space), static_cast<std::size_t>(id));
   objects_.push_back({kSpace, asGeom(space), kNone, kNone, ours, true, {}});
   spaces_.push_back(id);
+  for (const std::size_t option : {kSkipStatic, kSkipAsleep, kNotified, kSweptBounds})
+    if (decisions_.chance(80)) change(id, option, 1);
   if (nested) add(id, parent);
+  // A few geoms near each other, on bodies that move.
+  Random random = decisions_.random();
+  const double x = random.between(0, side()), y = random.between(0, side());
+  for (std::size_t few = random.below(8); few > 0 && alive_.size() < most_geoms_; --few) {
+    const int leaf = createLeaf(random.chance(0.5) ? kBox : kSphere, random);
+    const auto near = [&](double place) { return real(place + random.between(-1, 1)); };
+    dGeomSetPosition(objects_[leaf].geom, near(x), near(y), near(x));
+    add(leaf, id);
+    giveBody(leaf, 0, random);
+    push(leaf, 0, random);
+  }
 }
 
 }  // namespace sap_test

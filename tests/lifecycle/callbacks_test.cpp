@@ -1,7 +1,6 @@
 // Callbacks that destroy, remove, add and move geoms of the space that calls them.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <string>
 #include <vector>
 
 #include "fuzz/edited_calls.h"
@@ -88,39 +87,6 @@ TEST_CASE("Threads look up the geoms of many pairs in parts, between which geoms
   }
   CHECK(report.pairs > least_part);
   CHECK(report.destroyed == 3);
-}
-
-TEST_CASE("Where a callback may not change a space, the message names the function that it called",
-          "[callbacks]") {
-  for (const std::size_t n : {20, 500}) {
-    const Space space;
-    for (std::size_t i = 0; i < n; ++i) setNumber(dCreateSphere(space, 1), i);
-    const dGeomID loose = dCreateSphere(nullptr, 1);
-    struct Call {
-      dSpaceID space;
-      dGeomID loose;
-      std::string said[2];
-    } call = {space, loose, {}};
-    dParallelSAPSpaceSetNumThreads(space, 1);
-    dParallelSAPSpaceCollidePairs(space, &call, dParallelSAPPairsConcurrent,
-                                  [](void* data, const dParallelSAPPair* pairs, size_t, size_t) {
-                                    Call& self = *static_cast<Call*>(data);
-                                    try {
-                                      dSpaceAdd(self.space, self.loose);
-                                    } catch (const OdeAssertion& assertion) {
-                                      self.said[0] = assertion.what();
-                                    }
-                                    try {
-                                      dSpaceRemove(self.space, pairs[0].o1);
-                                    } catch (const OdeAssertion& assertion) {
-                                      self.said[1] = assertion.what();
-                                    }
-                                  });
-    CHECK(call.said[0] == "Invalid operation for locked space in dSpaceAdd()");
-    CHECK(call.said[1] == "Invalid operation for locked space in dSpaceRemove()");
-    CHECK(dSpaceGetNumGeoms(space) == static_cast<int>(n));
-    dGeomDestroy(loose);
-  }
 }
 
 TEST_CASE("dHashSpaceSetLevels on this space changes none of its settings, without assertions too",

@@ -111,7 +111,8 @@ class Program : private Decisions, public Driver {
  public:
   Program(std::uint64_t seed, std::size_t geoms)
       : Decisions(seed), Driver(*this, geoms, &configurations()[0], false) {
-    changes_users_unasked_ = false;
+    changes_users_unasked_ = sweeps_ = false;
+    dParallelSAPSpaceSetSweptBounds(space(), 0);  // with which boxes are not as geoms lie
     for (int i = 0; i < 4; ++i) populate();
   }
 

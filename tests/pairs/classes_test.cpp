@@ -147,43 +147,6 @@ TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[c
 
 namespace {
 
-struct Asked {
-  dGeomID self, other;
-  Bounds bounds;
-};
-std::vector<Asked> asked;
-
-int rememberAndReject(dGeomID self, dGeomID other, dReal bounds[6]) {
-  asked.push_back(
-      {self, other, {bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5]}});
-  return 0;
-}
-
-}  // namespace
-
-TEST_CASE("An AABBTest is given the other geom and its bounds, and can refuse a pair",
-          "[classes]") {
-  for (const Configuration& configuration : configurations()) {
-    for (const bool user_box_first : {true, false}) {
-      const Space space(configuration);
-      World world(space);
-      const Bounds unit = {0, 1, 0, 1, 0, 1};
-      if (user_box_first) world.take(createUserBox(space, unit, false, rememberAndReject));
-      const dGeomID sphere = world.take(dCreateSphere(space, 1));
-      if (!user_box_first) world.take(createUserBox(space, unit, false, rememberAndReject));
-      asked.clear();
-      INFO(configuration.name);
-      CHECK(collide(space).empty());
-      REQUIRE(asked.size() == 1);
-      CHECK(asked[0].self == world.geoms()[user_box_first ? 0 : 1]);
-      CHECK(asked[0].other == sphere);
-      CHECK(asked[0].bounds == Bounds{-1, 1, -1, 1, -1, 1});
-    }
-  }
-}
-
-namespace {
-
 unsigned long tests_asked = 0, test_that_drops = 0;
 
 int dropAtOne(dGeomID, dGeomID, dReal*) {

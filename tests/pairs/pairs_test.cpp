@@ -3,10 +3,8 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "support/bounds.h"
@@ -25,19 +23,6 @@ namespace {
 constexpr std::size_t kSizes[] = {0,   1,   2,   3,   4,   5,   7,   8,    9,    15,   16,  17,
                                   31,  32,  33,  63,  64,  65,  100, 127,  128,  129,  255, 256,
                                   257, 300, 400, 511, 512, 513, 700, 1023, 1024, 1025, 5000};
-
-// Notes pairs, and takes its time for each in every other stretch of them.
-struct Slow {
-  std::vector<std::pair<dGeomID, dGeomID>> pairs;
-  std::size_t stretch;
-};
-void noteSlowly(void* data, dGeomID o1, dGeomID o2) {
-  using Clock = std::chrono::steady_clock;
-  Slow& slow = *static_cast<Slow*>(data);
-  slow.pairs.emplace_back(o1, o2);
-  const Clock::time_point end = Clock::now() + std::chrono::nanoseconds(100);
-  while (slow.pairs.size() / slow.stretch % 2 == 1 && Clock::now() < end) continue;
-}
 
 }  // namespace
 
@@ -125,29 +110,4 @@ TEST_CASE("One step of dReal apart is no pair, on any axis and at any place", "[
         world.addBoxes(denseCube(600, 1));
         CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
       }
-}
-
-TEST_CASE("Pairs come in their order, each once, whatever time the callback takes", "[pairs]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    const dWorldID world = dWorldCreate();
-    std::vector<dGeomID> geoms;
-    for (std::size_t i = 0; i < geomsOf(160); ++i) {
-      geoms.push_back(dCreateSphere(space, 1));
-      if (i % 2) dGeomSetBody(geoms[i], dBodyCreate(world));
-    }
-    for (const std::size_t stretch : {1u, 100u, 3000u, 10000u}) {
-      Slow slow{{}, stretch};
-      dSpaceCollide(space, &slow, noteSlowly);
-      std::size_t place = 0, right = 0;
-      for (std::size_t i = 0; i < geoms.size(); ++i)
-        for (std::size_t j = i + 1; j < geoms.size(); ++j, ++place)
-          right +=
-              place < slow.pairs.size() && slow.pairs[place] == std::make_pair(geoms[i], geoms[j]);
-      INFO(configuration.name << ", stretches of " << stretch);
-      CHECK(slow.pairs.size() == place);
-      CHECK(right == place);
-    }
-    dWorldDestroy(world);
-  }
 }

@@ -22,7 +22,6 @@
 #include "support/ray_oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
-#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -203,27 +202,6 @@ TEMPLATE_TEST_CASE("A filter may throw: one exception leaves the call, and nothi
     CHECK(difference(batch.ask(space, 1), owed) == "");
   }
   dGeomSetPosition(world.geoms()[0], 1, 1, 1);  // not locked any more
-}
-
-TEMPLATE_TEST_CASE("Where there is no memory for a batch its queries are answered one by one",
-                   "[rays][overlaps]", RayBatch, ProbeBatch) {
-  BoxesAndBatch<TestType> scene(551, 60);
-  auto& [seed, random, space, world, batch] = scene;
-  world.take(createUserBox(space, {-1e3, 1e3, -1e3, 1e3, -1e3, 1e3}, false, failWithoutMemory));
-  const dSpaceID large = dParallelSAPSpaceCreate(space);
-  for (int i = 0; i < 200; ++i) dCreateSphere(large, dReal(0.01 * i));
-  world.take(asGeom(large));
-  const auto owed = batch.owed(space, world.geoms(), 3);
-  for (const int threads : kTeams) {
-    INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    const auto answers = batch.ask(space, 3, [] {
-      CHECK(!memory_fails);
-      memory_fails = true;
-    });
-    REQUIRE(!memory_fails);
-    REQUIRE(difference(answers, owed) == "");
-  }
 }
 
 TEMPLATE_TEST_CASE("Queries are answered in the program's floating-point mode, on every thread",

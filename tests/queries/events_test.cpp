@@ -14,7 +14,6 @@
 #include "support/ode_errors.h"
 #include "support/random.h"
 #include "support/recorder.h"
-#include "support/same_addresses.h"
 #include "support/scenes.h"
 
 using namespace sap_test;
@@ -128,24 +127,6 @@ TEST_CASE("Touches of many pairs are those that callbacks had more or fewer", "[
     before = now;
     numbers_before = numbers;
   }
-}
-
-TEST_CASE("Spaces in spaces each see that a geom came at the address of another one", "[events]") {
-  const SameAddresses same_addresses;
-  const Space outer;
-  const dSpaceID inner = dParallelSAPSpaceCreate(outer), stock = dSimpleSpaceCreate(inner);
-  for (const dSpaceID space : {dSpaceID(outer), inner})
-    dParallelSAPSpaceSetEvents(space, dParallelSAPEventTouches);
-  (void)dCreateSphere(outer, 1);
-  dGeomSetPosition(dCreateSphere(inner, 1), 0.5, 0, 0);
-  const dGeomID geom = dCreateSphere(stock, 1);
-  collideContacts(outer);
-  dGeomDestroy(geom);
-  CHECK(dCreateSphere(stock, 1) == geom);
-  collideContacts(inner);
-  collideContacts(outer);
-  CHECK(begunTouchesOf(outer).size() == 1);
-  CHECK(endedTouchesOf(outer).size() == 1);
 }
 
 TEST_CASE("Events that are switched on begin what no other events have followed", "[events]") {

@@ -11,6 +11,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
+#include "support/mesh.h"
 #include "support/ode_errors.h"
 #include "support/random.h"
 #include "support/recorder.h"
@@ -176,31 +177,22 @@ TEST_CASE(
 
 TEST_CASE("All of many threads find a mesh that changed silently before they asked", "[guests]") {
   // The same tetrahedron here and there.
-  static float vertices[2][4][3] = {{{-1, -1, -1}, {1, -1, -1}, {0, 1, -1}, {0, 0, 1}}};
-  static dTriIndex faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  for (int i = 0; i < 4; ++i)
-    for (int axis = 0; axis < 3; ++axis)
-      vertices[1][i][axis] = vertices[0][i][axis] + (axis == 0 ? 50 : 0);
-  dTriMeshDataID data[2];
-  for (int at = 0; at < 2; ++at) {
-    data[at] = dGeomTriMeshDataCreate();
-    dGeomTriMeshDataBuildSingle(data[at], vertices[at], sizeof vertices[at][0], 4, faces, 12,
-                                sizeof faces[0]);
-  }
+  const std::vector<dTriIndex> faces = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+  const Mesh here({-1, -1, -1, 1, -1, -1, 0, 1, -1, 0, 0, 1}, faces),
+      there({49, -1, -1, 51, -1, -1, 50, 1, -1, 50, 0, 1}, faces);
   for (dSpaceID (*const make)(dSpaceID) : {dSimpleSpaceCreate, dParallelSAPSpaceCreate}) {
     const Space space;
     const dSpaceID within = make(space);
     std::vector<dGeomID> meshes;
     for (int i = 0; i < 150; ++i) {
-      meshes.push_back(
-          dCreateTriMesh(i % 2 ? within : dSpaceID(space), data[0], nullptr, nullptr, nullptr));
+      meshes.push_back(here.create(i % 2 ? within : dSpaceID(space)));
       dGeomSetPosition(meshes.back(), 0, static_cast<dReal>(4 * i), 0);
     }
     for (int round = 0; round < scaled(60); ++round) {
       collide(space);
       const std::size_t changed = static_cast<std::size_t>(round) % meshes.size();
       const dReal x = round % 2 ? 0 : 50, y = static_cast<dReal>(4 * changed);
-      dGeomTriMeshSetData(meshes[changed], data[x > 0]);
+      dGeomTriMeshSetData(meshes[changed], (x > 0 ? there : here).data());
       if (round % 3 == 0) {  // something is announced, too
         dSpaceRemove(within, meshes.back());
         dSpaceAdd(within, meshes.back());
@@ -223,10 +215,9 @@ TEST_CASE("All of many threads find a mesh that changed silently before they ask
       });
       CAPTURE(round);
       for (const std::size_t each : found) REQUIRE(each == 1);
-      dGeomTriMeshSetData(meshes[changed], data[0]);
+      dGeomTriMeshSetData(meshes[changed], here.data());
     }
   }
-  for (const dTriMeshDataID each : data) dGeomTriMeshDataDestroy(each);
 }
 
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {

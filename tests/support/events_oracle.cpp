@@ -195,10 +195,14 @@ std::string EventsOracle::checkSearch(dSpaceID space, const Geoms& geoms) const 
   return "";
 }
 
-// The place of the pair that a touch is or is in.
+// The place of the pair that a touch is or is in, or of the first pair of the sub-space around it.
 std::size_t EventsOracle::placeOf(dSpaceID space, dGeomID a, dGeomID b, const Names& names) const {
   const Pair top = ascending(names.at(topOf(space, a)), names.at(topOf(space, b)));
-  return static_cast<std::size_t>(std::find(last_.begin(), last_.end(), top) - last_.begin());
+  const auto isOf = [&](const Pair& pair) {
+    return top.first == top.second ? pair.first == top.first || pair.second == top.first
+                                   : pair == top;
+  };
+  return static_cast<std::size_t>(std::find_if(last_.begin(), last_.end(), isOf) - last_.begin());
 }
 
 // What is wrong about touches that began, in the order of all.

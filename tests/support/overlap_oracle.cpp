@@ -89,8 +89,7 @@ void ProbeBatch::moveTo(const std::vector<dGeomID>& geoms) {
   probes = own_;
 }
 
-OverlapAnswers ProbeBatch::ask(dSpaceID space, int flags,
-                               const std::function<void()>& before) const {
+OverlapAnswers ProbeBatch::ask(dSpaceID space, int flags) const {
   struct Told {
     Probes probes;
     std::vector<Contacts> contacts;
@@ -98,7 +97,6 @@ OverlapAnswers ProbeBatch::ask(dSpaceID space, int flags,
     bool right = true;
   } told = {probes, std::vector<Contacts>(probes.size())};
   const auto call = [&](int more, dParallelSAPOverlapCallback* callback) {
-    if (before) before();
     for (dParallelSAPProbe& probe : told.probes) probe.touched = 77;
     const std::size_t sum = dParallelSAPSpaceOverlaps(
         space, told.probes.data(), probes.size(), sizeof probes[0], flags | more, &told, callback);

@@ -42,8 +42,7 @@ struct ProbeBatch {
   // Each at one of the geoms.
   void moveTo(const std::vector<dGeomID>& geoms);
   int someFlags() { return static_cast<int>(random.below(9)); }
-  OverlapAnswers ask(dSpaceID space, int flags,
-                     const std::function<void()>& before = nullptr) const;
+  OverlapAnswers ask(dSpaceID space, int flags) const;
   OverlapAnswers owed(dSpaceID space, const std::vector<dGeomID>&, int flags,
                       const Filter& filter = nullptr) const {
     return owedOverlaps(space, probes, flags, filter);

@@ -255,13 +255,8 @@ int RayBatch::someFlags() {
   return flags;
 }
 
-RayAnswers RayBatch::ask(dSpaceID space, int flags, const std::function<void()>& before) const {
-  RayAnswers answers;
-  if (before) before();
-  answers.nearest = nearestHits(space, rays, flags);
-  if (before) before();
-  answers.all = allHits(space, rays, flags);
-  return answers;
+RayAnswers RayBatch::ask(dSpaceID space, int flags) const {
+  return {nearestHits(space, rays, flags), allHits(space, rays, flags)};
 }
 
 std::size_t RayBatch::meeting(const RayAnswers& answers) {

@@ -56,8 +56,8 @@ struct RayBatch {
   RayBatch(std::size_t count, Random& of) : n(count), random(of) {}
   void moveTo(const std::vector<dGeomID>& geoms) { rays = raysAt(geoms, n, random); }
   int someFlags();
-  // Both calls, `before` before each.
-  RayAnswers ask(dSpaceID space, int flags, const std::function<void()>& before = nullptr) const;
+  // Both calls.
+  RayAnswers ask(dSpaceID space, int flags) const;
   RayAnswers owed(dSpaceID, const std::vector<dGeomID>& in_add_order, int flags,
                   const Filter& filter = nullptr) const {
     return owedRays(in_add_order, rays, flags, filter);

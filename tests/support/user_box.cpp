@@ -1,12 +1,8 @@
 #include "user_box.h"
 
 #include <atomic>
-#include <new>
-#include <utility>
 
 namespace sap_test {
-
-bool memory_fails = false;
 
 namespace {
 
@@ -73,11 +69,6 @@ void setUserBounds(dGeomID user_box, const Bounds& bounds) {
   dVector3 position;
   dGeomCopyPosition(user_box, position);
   dGeomSetPosition(user_box, position[0], position[1], position[2]);
-}
-
-int failWithoutMemory(dGeomID, dGeomID, dReal*) {
-  if (std::exchange(memory_fails, false)) throw std::bad_alloc();
-  return 1;
 }
 
 bool isUserBox(dGeomID geom) {

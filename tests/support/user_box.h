@@ -25,10 +25,6 @@ dGeomID createUserBoxWithoutTest(dSpaceID space, const Bounds& bounds);
 // Also marks the geom as moved.
 void setUserBounds(dGeomID user_box, const Bounds& bounds);
 
-// A veto that never objects, but throws std::bad_alloc where this is set, and clears it.
-extern bool memory_fails;
-int failWithoutMemory(dGeomID self, dGeomID other, dReal bounds[6]);
-
 bool isUserBox(dGeomID geom);
 UserBoxData& userBoxData(dGeomID user_box);
 
