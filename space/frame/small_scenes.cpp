@@ -150,9 +150,8 @@ inline unsigned findAmongClean(const Scene& scene, const PairRule& rule, bool st
                          ? findByVectors(lists, lists.actives)
                          : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
   }
-  const bool took_all = still && lists.takes_all;
   lists.takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
-  if (lists.takes_all && (took_all || !still)) return lists.overlaps;
+  if (lists.takes_all && !still) return lists.overlaps;
   return filter(lists, [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); });
 }
 
@@ -183,11 +182,6 @@ inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLi
   counts.unbounded = lists.unbounded;
   counts.disabled = counts.geoms - lists.actives - counts.invalid;
   counts.candidates = counts.pairs = pairs;
-}
-
-void complainOfInvalid(dxGeom* first, Complaints& complaints) {
-  for (dxGeom* geom = first; geom; geom = geom->next)
-    if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
 }
 
 // Not inline: the loop needs all registers.
@@ -239,7 +233,8 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
   FrameCounts counts;
   find(scene, rules, still, lists, counts);
   lists.changes = changes;  // what changed meanwhile counts for the next one
-  if (counts.invalid) complainOfInvalid(scene.first, complaints);
+  for (dxGeom* geom = counts.invalid ? scene.first : nullptr; geom; geom = geom->next)
+    if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
   if (lists.user_classes)
     counts.pairs = filter(lists, [](PlacePair pair, dxGeom* a, dxGeom* b) {
       return !pair.isLeftOut() && passesAABBTests(a, b);
