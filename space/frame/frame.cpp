@@ -44,15 +44,6 @@ inline bool Pipeline::isSmall(const FrameCall& call) const {
   return Policy::isSmall(call.slots(), settings) && call.lists.small.makeRoom(call.scene.count);
 }
 
-inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                          bool shows_pairs) {
-  if (stages_) stages_->cache.stop();
-  const bool nested = call.scene.nested;
-  return small_scenes_.collide(call.scene, settings.rules, call.lists.small, complaints, statistics,
-                               receiver, nested ? nullptr : events_.get(),
-                               shows_pairs && !nested && observers.isDue() ? &observers : nullptr);
-}
-
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   beginFrame(call, /*contacts=*/false);
   const PairReceiver receiver = {data, callback, nullptr, true};
@@ -411,7 +402,7 @@ void Pipeline::release(int part, FrameLists& lists) {
 }
 
 std::size_t Pipeline::bytes() const {
-  return bytesOf(stages_, events_, touches_, last_stage, small_scenes_);
+  return bytesOf(stages_, events_, touches_, last_stage, small_pairs_);
 }
 
 }  // namespace ode_parallel_sap

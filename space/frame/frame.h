@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "space/cache/fat_proxies.h"
@@ -113,7 +114,7 @@ class Pipeline {
   void clean(const Scene& scene);
   // The geom of a slot is new, gone or has moved.
   void noteChange(Slot slot) {
-    small_scenes_.noteChange();
+    ++changes_;
     if (stages_) stages_->cache.note(slot);
     if (last_stage) last_stage->noteChange(slot);
   }
@@ -173,8 +174,8 @@ class Pipeline {
   Plan decide(const FrameCall& call);
   std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
   inline bool isSmall(const FrameCall& call) const;
-  inline FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                  bool shows_pairs);
+  FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver, bool shows_pairs);
+  bool updateSmallEvents(const FrameCall& call, unsigned pair_count);
   const PairList* findPairs(Frame& frame, const PairReceiver& receiver);
   const PairList& tryFindPairs(Frame& frame);
   void giveBack(const FrameCall& call);
@@ -191,9 +192,10 @@ class Pipeline {
 
   std::unique_ptr<Stages> stages_;
   int event_kinds_ = 0;
-  std::unique_ptr<PairEvents> events_;    // if any are on
-  std::unique_ptr<TouchEvents> touches_;  // if these are on
-  SmallScenes small_scenes_;
+  std::unique_ptr<PairEvents> events_;     // if any are on
+  std::unique_ptr<TouchEvents> touches_;   // if these are on
+  std::uint64_t changes_ = 1;              // how often a geom became dirty, came or went
+  std::unique_ptr<PairList> small_pairs_;  // of a small frame with events, by slot
 };
 
 }  // namespace ode_parallel_sap
