@@ -644,24 +644,18 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   const Statistics::QueryBy by = !timed || parent_space || IS_SPACE(geom) ? Statistics::other
                                  : geom->type == dRayClass                ? Statistics::ray
                                                                           : Statistics::geom;
-  if (prepareQuery(call, geom)) {
-    if (slots_.size() <= few_geoms)
-      reportFew(call, geom, data, callback);
-    else
-      reportMany(call, geom, data, callback);
-  }
-  if (timed) pipeline_.statistics.noteQuery(by, milliseconds(begin, Clock::now()));
-}
-
-// False where the geom is in no pair.
-inline bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
   if (!call.isGuest()) checkSilent();
   updateOther(geom);
   if (!call.isGuest()) cleanFew();
   updateAABB(geom);
-  if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return false;
-  if (hasNaN(geom)) return pipeline_.complaints.ofInvalid(geom), false;
-  return true;
+  const bool is_empty = IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom));
+  if (!is_empty && hasNaN(geom))
+    pipeline_.complaints.ofInvalid(geom);
+  else if (!is_empty && slots_.size() <= few_geoms)
+    reportFew(call, geom, data, callback);
+  else if (!is_empty)
+    reportMany(call, geom, data, callback);
+  if (timed) pipeline_.statistics.noteQuery(by, milliseconds(begin, Clock::now()));
 }
 
 // By the tree where queries come often enough to pay for it. False without memory. Not inline

@@ -132,7 +132,6 @@ class ParallelSAPSpace : public dxSpace {
   static inline void updateOther(dxGeom* geom);
   void updateSweptBounds();
   void cleanFew();
-  inline bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
   NestedTrees nestedTrees(std::size_t queries) const;
   void reportMany(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
