@@ -41,16 +41,16 @@ std::size_t give(const Buffer<dParallelSAPPairEvent>& events, const dParallelSAP
 Pipeline& withPairs(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
   Pipeline& own = checked(space, caller).pipeline();
   if (!(own.eventKinds() & dParallelSAPEventPairs))
-    own.complaints().ofEventsOff(caller, "dParallelSAPEventPairs");
+    own.complaints.ofEventsOff(caller, "dParallelSAPEventPairs");
   return own;
 }
 
 Pipeline& withTouches(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
   Pipeline& own = checked(space, caller).pipeline();
   if (!(own.eventKinds() & dParallelSAPEventTouches))
-    own.complaints().ofEventsOff(caller, "dParallelSAPEventTouches");
+    own.complaints.ofEventsOff(caller, "dParallelSAPEventTouches");
   else if (own.touches().lastHadNoContacts())
-    own.complaints().ofNoContacts(caller);
+    own.complaints.ofNoContacts(caller);
   return own;
 }
 
@@ -100,8 +100,9 @@ dSpaceID dParallelSAPSpaceCreateSized(size_t real_size, void (*ode)(), dSpaceID 
           name);
   require(!parent || IS_SPACE(parent), "parent is not a space", name);
   auto* const space = new ParallelSAPSpace(parent);
-  if (auto trace = Trace::fromEnvironment()) space->observe(std::move(trace));
-  if (space->settings().print_stats) space->observe(std::make_unique<Facts>());
+  SpaceObservers& observers = space->pipeline().observers;
+  if (auto trace = Trace::fromEnvironment()) observers.add(std::move(trace));
+  if (space->settings().print_stats) observers.add(std::make_unique<Facts>());
   return space;
 }
 
@@ -121,7 +122,7 @@ int dParallelSAPSpaceSetBackend(dSpaceID space, int backend) {
   const bool known = backend >= dParallelSAPBackendAuto && backend <= dParallelSAPBackendCUDA;
   dUASSERT(known, "no such back end");
   if (!known || (backend == dParallelSAPBackendCUDA && !deviceAvailable())) return 0;
-  own.changeSettings().backend = backend;
+  own.settings().backend = backend;
   return 1;
 }
 
@@ -129,20 +130,20 @@ int dParallelSAPSpaceSetMethod(dSpaceID space, int method) {
   ParallelSAPSpace& own = checked(space);
   const bool known = method >= dParallelSAPMethodAuto && method <= dParallelSAPMethodAxisLists;
   dUASSERT(known, "no such method");
-  if (known) own.changeSettings().method = method;
+  if (known) own.settings().method = method;
   return known;
 }
 
 void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(n >= 0, "negative number of threads");
-  own.changeSettings().threads = std::min(n, most_threads);
+  own.settings().threads = std::min(n, most_threads);
 }
 
 void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(n >= 0, "negative number of devices");
-  own.changeSettings().devices = n;
+  own.settings().devices = n;
 }
 
 void dParallelSAPSpaceCollideContactsSized(size_t size, dSpaceID space, void* data, int flags,
@@ -226,18 +227,19 @@ int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(every >= 1 || !path, "a trace is written of every n-th collide, n >= 1");
   dUASSERT(!own.isLocked(), "invalid operation for locked space");
-  own.observers().remove(own.observers().find<Trace>());
+  SpaceObservers& observers = own.pipeline().observers;
+  observers.remove(observers.find<Trace>());
   if (!path || every < 1) return !path;
   auto trace = std::make_unique<Trace>(every);
   if (!trace->open(path)) return 0;
-  own.observe(std::move(trace));
+  observers.add(std::move(trace));
   return 1;
 } catch (const std::bad_alloc&) {
   return 0;
 }
 
 int dParallelSAPSpaceGetTrace(dSpaceID space) {
-  const auto* const trace = checked(space).observers().find<Trace>();
+  const auto* const trace = checked(space).pipeline().observers.find<Trace>();
   return trace ? trace->every() : 0;
 }
 
@@ -307,17 +309,17 @@ void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {
 void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(!geom || dGeomGetSpace(geom) == space, "geom is not in this space");
-  own.notify(geom);
+  own.pipeline().notify(geom);
 }
 
 #define GETTER(type, get, setting)            \
   type get(dSpaceID space) {                  \
     return checked(space).settings().setting; \
   }
-#define SWITCH(set, get, setting)                      \
-  void set(dSpaceID space, int on) {                   \
-    checked(space).changeSettings().setting = on != 0; \
-  }                                                    \
+#define SWITCH(set, get, setting)                \
+  void set(dSpaceID space, int on) {             \
+    checked(space).settings().setting = on != 0; \
+  }                                              \
   GETTER(int, get, setting)
 
 GETTER(int, dParallelSAPSpaceGetBackend, backend)
@@ -333,7 +335,7 @@ SWITCH(dParallelSAPSpaceSetNotified, dParallelSAPSpaceGetNotified, rules.notifie
 void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(isLength(distance), "tolerance is not a length");
-  own.changeSettings().rules.tolerance = distance;
+  own.settings().rules.tolerance = distance;
 }
 
 void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step) {

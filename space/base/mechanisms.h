@@ -15,12 +15,12 @@ constexpr bool incremental_trees = true;
 constexpr bool fat_pairs = true;
 // Cells are kept while their boxes stay together (Sweep).
 constexpr bool kept_cells = true;
-// The pairs of a small scene that stands still are remembered (SmallScenes).
+// The pairs of a small scene that stands still are remembered (SmallLists).
 constexpr bool still_small_scenes = true;
 
 // The choice of a method.
 
-// Up to 120 geoms are collided in one loop (SmallScenes).
+// Up to 120 geoms are collided in one loop (small_scenes.h).
 constexpr bool small_scenes = true;
 
 // The sweep.

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
 #include <vector>
 
 #include "space/base/box_set.h"
@@ -11,7 +10,6 @@
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/pairs/row_table.h"
-#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 

@@ -9,7 +9,6 @@
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
-#include "space/base/platform.h"
 #include "space/cache/changed_pairs.h"
 #include "space/geoms/geom_update.h"
 #include "space/queries/geom_tree.h"

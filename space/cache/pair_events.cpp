@@ -152,8 +152,8 @@ const PairEvents::Unreported* PairEvents::restingFrom(std::size_t span) const {
                           [](const Unreported& resting, Pair pair) { return resting.pair < pair; });
 }
 
-// Copies the numbers of pairs that are the same from two places on, and returns how many these are.
-// Eight at a time took 1.4 million instructions where one at a time took 2.4 million.
+// Copies the numbers of pairs that are the same from two places on, eight at a time while it can,
+// and returns how many these are.
 std::size_t PairEvents::copyLasting(std::size_t place, std::size_t end, std::size_t previous,
                                     std::size_t previous_end) {
   const std::size_t most = std::min(end - place, previous_end - previous);
@@ -286,10 +286,13 @@ void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
       }
     }
   }
-  // Those that rested have places of earlier frames.
+  sortByPlace(ended_);  // those that rested have places of earlier frames
+}
+
+void PairEvents::sortByPlace(Buffer<Event>& events) {
   const auto isBefore = [](const Event& a, const Event& b) { return a.place < b.place; };
-  if (!std::is_sorted(ended_.begin(), ended_.end(), isBefore))
-    std::stable_sort(ended_.begin(), ended_.end(), isBefore);
+  if (!std::is_sorted(events.begin(), events.end(), isBefore))
+    std::stable_sort(events.begin(), events.end(), isBefore);
 }
 
 std::size_t PairEvents::placeOf(Slot a, Slot b) const {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <new>
 #include <vector>
@@ -100,6 +99,7 @@ class PairEvents {
   // address another geom may come.
   static int touchingBit(const Buffer<dxGeom*>& geoms);
   static void forget(dxGeom* geom) { geom->gflags &= ~(nested_spaces * lowest_touching); }
+  static void sortByPlace(Buffer<Event>& events);
   // Whether a pair is left out only because it rests.
   static bool rests(dxGeom* a, dxGeom* b, const PackRules& rules);
   // By place; of no pair if the last frame had no events.

@@ -9,14 +9,13 @@
 
 namespace ode_parallel_sap {
 
-static Region listing("contacts: list of pairs");
+static Region resolving("pairs: geoms");
 
 void ContactPairs::addSpace(dGeomID o1, dGeomID o2) {
   struct Depth {
     int& depth;
-    explicit Depth(int& of_list) : depth(of_list) { ++depth; }
     ~Depth() { --depth; }
-  } const within(depth_);
+  } const within = {++depth_};
   if (request_.callbacks.spaces)
     request_.callbacks.spaces(request_.data, o1, o2, this);
   else
@@ -25,8 +24,14 @@ void ContactPairs::addSpace(dGeomID o1, dGeomID o2) {
 
 void ContactPairs::add(dGeomID o1, dGeomID o2) {
   if (failure_) return;
-  if (depth_ == 0) top_ = makePair(Slots::slotOf(o1), Slots::slotOf(o2));
-  if (depth_ == 0 && firsts_) noteFirst();
+  if (depth_ == 0) {
+    top_ = makePair(Slots::slotOf(o1), Slots::slotOf(o2));
+    if (firsts_) try {
+        firsts_->push_back(list_.size());
+      } catch (const std::bad_alloc&) {
+        is_complete_ = false;
+      }
+  }
   if (IS_SPACE(o1) || IS_SPACE(o2)) {
     addSpace(o1, o2);
     if (failure_ && depth_ == 0) std::rethrow_exception(failure_);
@@ -56,18 +61,12 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
   }
 }
 
-// Without memory there are none.
-void ContactPairs::noteFirst() try {
-  firsts_->push_back(list_.size());
-} catch (const std::bad_alloc&) {
-  is_complete_ = false;
-}
-
 void ContactPairs::add(const PairList& pairs, bool spaces, int threads) {
   const Buffer<dxGeom*>& geoms = scene_.slots;
   try {
     if (!spaces) {
-      listPairs(pairs, geoms.data(), threads, list_);
+      list_.resizeDiscarding(pairs.size());
+      resolve(pairs, {0, pairs.size()}, geoms.data(), threads, list_.data());
       cursor_.emplace(pairs);
       return;
     }
@@ -115,16 +114,15 @@ dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geo
   return to;
 }
 
-void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
-               Buffer<dParallelSAPPair>& all) {
-  all.resizeDiscarding(pairs.size());
-  const int most = teamFor(pairs.size(), grains::moved_pairs, threads);
-  runTeam(listing, most, [&](int thread, int team) {
-    const Range own = ownPart(pairs.size(), thread, team);
-    dParallelSAPPair* to = all.data() + own.begin;
-    PairCursor(pairs).read(own.begin, own.end, [&](const Pair* begin, const Pair* end) {
-      to = resolve(begin, end, geoms, to);
-    });
+void resolve(const PairList& pairs, Range places, dxGeom* const* geoms, int threads,
+             dParallelSAPPair* to) {
+  const std::size_t count = places.end - places.begin;
+  runTeam(resolving, teamFor(count, grains::moved_pairs, threads), [&](int thread, int team) {
+    const Range own = ownPart(count, thread, team);
+    dParallelSAPPair* next = to + own.begin;
+    PairCursor(pairs).read(
+        places.begin + own.begin, places.begin + own.end,
+        [&](const Pair* begin, const Pair* end) { next = resolve(begin, end, geoms, next); });
   });
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "space/base/pair_list.h"
+#include "space/base/parallel.h"
 #include "space/contacts/narrow_phase.h"
 #include "space/geoms/scene.h"
 
@@ -43,7 +44,6 @@ class ContactPairs {
 
  private:
   void addSpace(dGeomID o1, dGeomID o2);
-  void noteFirst();
   Slot slotOf(const dxGeom* geom) const;
   bool stays(const dParallelSAPPair& pair, Pair slots) const;
 
@@ -63,8 +63,8 @@ class ContactPairs {
 dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
                           dParallelSAPPair* to);
 
-// Makes `all` the pairs of a space whose geoms these are, by slot.
-void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
-               Buffer<dParallelSAPPair>& all);
+// The same of the pairs at places [begin, end) of a list, by up to `threads` threads.
+void resolve(const PairList& pairs, Range places, dxGeom* const* geoms, int threads,
+             dParallelSAPPair* to);
 
 }  // namespace ode_parallel_sap

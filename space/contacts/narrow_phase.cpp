@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <new>
 
-#include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/reducers.h"
@@ -26,24 +25,21 @@ std::size_t chunkFor(std::size_t pairs, int team) {
                                  most);
 }
 
-// The collider of two convexes that an ODE without libccd has leaves the sides of its contacts as
-// the caller had them: none, not those of another pair.
-void clearSides(const dParallelSAPPair& pair, dContactGeom* contacts, int count) {
-  if (pair.o1->type != dConvexClass || pair.o2->type != dConvexClass) return;
-  for (int i = 0; i < count; ++i) contacts[i].side1 = contacts[i].side2 = -1;
-}
-
 // Appends the contacts of a pair, by the program's ODE or the thread's own collider, and returns
 // how many they are.
 std::uint32_t appendContacts(const dParallelSAPPair& pair, int flags, const ContactRequest& request,
                              Buffer<dContactGeom>& contacts, ThreadCollider* own = nullptr) {
   const std::size_t size = contacts.size();
-  contacts.resize(size + (flags & most_contacts_mask));
+  const int most = flags & most_contacts_mask;
+  contacts.resize(size + most);
   dContactGeom* const found = contacts.data() + size;
   const int of_ode = flags & ~dParallelSAPOnCallingThread;
   constexpr int skip = sizeof(dContactGeom);
-  clearSides(pair, found, flags & most_contacts_mask);
-  if (request.prepare) request.prepare(found, flags & most_contacts_mask);
+  // The collider of two convexes that an ODE without libccd has leaves the sides of its contacts as
+  // the caller had them: none, not those of another pair.
+  if (pair.o1->type == dConvexClass && pair.o2->type == dConvexClass)
+    for (int i = 0; i < most; ++i) found[i].side1 = found[i].side2 = -1;
+  if (request.prepare) request.prepare(found, most);
   int count = own ? own->collide(pair.o1, pair.o2, of_ode, found, skip)
                   : collideInTurn(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
@@ -54,10 +50,6 @@ std::uint32_t appendContacts(const dParallelSAPPair& pair, int flags, const Cont
   }
   contacts.resize(size + count);
   return static_cast<std::uint32_t>(count);
-}
-
-bool asksForContacts(int flags) {
-  return (flags & most_contacts_mask) != 0;
 }
 
 // Prefetches what a collider reads of a pair that comes soon, and of one that comes later: geoms
@@ -100,7 +92,7 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
         prefetchPairs(pairs[i + pairs_ahead], pairs[i + 2 * pairs_ahead]);
       found_[i] = {0, 0, 0};
       const int flags = request.flagsOf(pairs[i], i);
-      if (asksForContacts(flags))
+      if (flags & most_contacts_mask)
         collideOrQueue(job, {i, flags}, thread);
       else
         noteTouch(job, i, false, thread);
@@ -207,7 +199,7 @@ void NarrowPhase::collideOneByOne(ContactPairs& pairs, const ContactRequest& req
 void NarrowPhase::collideOne(const dParallelSAPPair& pair, const ContactRequest& request,
                              const Scene& scene) {
   const int flags = request.flagsOf(pair);
-  if (!asksForContacts(flags)) return;
+  if (!(flags & most_contacts_mask)) return;
   Buffer<dContactGeom> contacts;
   try {
     contacts.reserve(static_cast<std::size_t>(flags & most_contacts_mask));

@@ -9,7 +9,6 @@
 
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
-#include "space/base/parallel.h"
 #include "space/contacts/collider_threads.h"
 #include "space/geoms/geom_tests.h"
 

@@ -11,12 +11,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Without memory for its lists a small scene goes the way of all others.
-inline bool isSmall(const FrameCall& call) {
-  return Policy::isSmall(call.slots(), call.settings) &&
-         call.lists.small.makeRoom(call.scene.count);
-}
-
 bool hasRoom(FrameLists& lists, std::size_t pairs) try {
   if (made(lists.large)) lists.large->contact_pairs.reserve(pairs);
   return lists.large != nullptr;
@@ -26,54 +20,41 @@ bool hasRoom(FrameLists& lists, std::size_t pairs) try {
 
 }  // namespace
 
-// A frame from its plan to its end. `report` gets the pairs, or where they can only be found one by
-// one `receiver`.
-template <class Report>
-std::size_t Pipeline::run(const FrameCall& call, const PairReceiver& receiver, Report report) {
-  Frame frame = {call, decide(call)};
-  if (const PairList* const pairs = findPairs(frame)) {
-    showPairs(frame, *pairs);
-    report(frame, *pairs);
-  } else {
-    reportWithoutMemory(frame, receiver);
-  }
-  return endFrame(frame);
-}
-
 void Pipeline::beginFrame(const FrameCall& call, bool contacts) {
-  statistics_.beginFrame();
+  statistics.beginFrame();
   if (touches_ && !call.scene.nested) touches_->beginFrame(*events_, contacts);
 }
 
 std::size_t Pipeline::endFrame(Frame& frame) {
   frame.begin(nullptr);
-  statistics_.note(frame.stats);
-  return statistics_.endFrame(frame.stats.pairs);
+  statistics.note(frame.stats);
+  return statistics.endFrame(frame.stats.pairs);
 }
 
 // What the frame is to do: without memory for the stages, to go pair by pair.
 Plan Pipeline::decide(const FrameCall& call) {
-  if (made(stages_)) return stages_->policy.decide(factsOf(call), call.settings);
+  if (made(stages_)) return stages_->policy.decide(factsOf(call), settings);
   Plan plan;
-  plan.rules = call.settings.rules;
+  plan.rules = settings.rules;
   return plan;
 }
 
-inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                          SpaceObservers* watchers) {
-  if (stages_) stages_->cache.stop();
-  const bool nested = call.scene.nested;
-  return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
-                               statistics_, receiver, nested ? nullptr : events_.get(),
-                               watchers && !nested && watchers->isDue() ? watchers : nullptr);
+// Without memory for its lists a small scene goes the way of all others.
+inline bool Pipeline::isSmall(const FrameCall& call) const {
+  return Policy::isSmall(call.slots(), settings) && call.lists.small.makeRoom(call.scene.count);
 }
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   beginFrame(call, /*contacts=*/false);
   const PairReceiver receiver = {data, callback, nullptr, true};
-  if (isSmall(call)) return statistics_.endFrame(collideSmall(call, receiver, watchers_).pairs);
-  return run(call, receiver,
-             [&](Frame& frame, const PairList& pairs) { report(frame, pairs, data, callback); });
+  if (isSmall(call))
+    return statistics.endFrame(collideSmall(call, receiver, /*shows_pairs=*/true).pairs);
+  Frame frame = {call, decide(call)};
+  if (const PairList* const pairs = findPairs(frame, receiver)) {
+    showPairs(call, *pairs);
+    report(frame, *pairs, data, callback);
+  }
+  return endFrame(frame);
 }
 
 std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
@@ -81,9 +62,7 @@ std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& re
   if (!isSmall(call) || !hasRoom(call.lists, PairBlock::size))
     return collideManyPairs(call, request);
   PairBlock block(request, call.lists.large->contact_pairs.data());
-  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
-                                 &PairBlock::leaveOut};
-  return statistics_.endFrame(collideSmall(call, receiver, watchers_).pairs);
+  return statistics.endFrame(collideSmall(call, block.receiver(), /*shows_pairs=*/true).pairs);
 }
 
 // With room on the stack, should memory end. Not inline: small scenes have no need of it.
@@ -91,12 +70,13 @@ __attribute__((noinline)) std::size_t Pipeline::collideManyPairs(const FrameCall
                                                                  const PairsRequest& request) {
   dParallelSAPPair room[PairBlock::size];
   PairBlock block(request, room);
-  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
-                                 &PairBlock::leaveOut};
-  return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
+  Frame frame = {call, decide(call)};
+  if (const PairList* const pairs = findPairs(frame, block.receiver())) {
+    showPairs(call, *pairs);
     frame.begin(&dParallelSAPStats::report_ms);
-    frame.stats.threads = handOutBlocks(pairs, call.scene, request, frame.plan.most_threads);
-  });
+    frame.stats.threads = handOutBlocks(*pairs, call.scene, request, frame.plan.most_threads);
+  }
+  return endFrame(frame);
 }
 
 std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request,
@@ -108,33 +88,33 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr, false};
   if (isSmall(call)) {
     frame.begin(&dParallelSAPStats::extract_ms);
-    frame.stats = statsOf(collideSmall(call, receiver, nullptr));
-  } else if (const PairList* const found = findPairs(frame)) {
+    frame.stats = statsOf(collideSmall(call, receiver, /*shows_pairs=*/false));
+  } else if (const PairList* const found = findPairs(frame, receiver)) {
     pairs.add(*found, stages_->geom_update.facts().spaces, frame.plan.threads);
-  } else {
-    reportWithoutMemory(frame, receiver);
   }
 
   NarrowPhase& narrow_phase = lists.narrow_phase;
   frame.begin(&dParallelSAPStats::narrow_ms);
   bool found = true;
+  const bool knows_touches =
+      touches_ && !call.scene.nested && events_->hasEvents() && pairs.isOfScene();
   try {
-    const int used = narrow_phase.run(pairs.list(), request, frame.plan.most_threads,
-                                      call.manual_cleanup, touchesOf(call, pairs));
+    const int used =
+        narrow_phase.run(pairs.list(), request, frame.plan.most_threads, call.manual_cleanup,
+                         knows_touches ? events_->touches() : nullptr);
     updateTouches(frame, pairs, narrow_phase);
     frame.begin(&dParallelSAPStats::report_ms);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
-    if (watchers_ && !call.scene.nested && watchers_->isDue())
-      for (std::size_t place = 0; place < pairs.list().size(); ++place)
-        watchers_->see(pairs.list()[place].o1, pairs.list()[place].o2);
+    if (!call.scene.nested && observers.isDue())
+      for (const dParallelSAPPair& pair : pairs.list()) observers.see(pair.o1, pair.o2);
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
     frame.begin(&dParallelSAPStats::report_ms);
     frame.stats.narrow_threads = 1;
   }
-  statistics_.note(frame.stats);  // should a contact callback throw, or collide again
+  statistics.note(frame.stats);  // should a contact callback throw, or collide again
   if (found)
     narrow_phase.report(pairs, request);
   else
@@ -143,19 +123,22 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
 }
 
 // All stages up to the report. Where memory ends, they begin anew on one thread, with all of it
-// that was held. Null where it ends again.
-const PairList* Pipeline::findPairs(Frame& frame) {
+// that was held. Null where it ends again, and `receiver` has got pairs as they were found.
+const PairList* Pipeline::findPairs(Frame& frame, const PairReceiver& receiver) {
   for (const bool last : {false, true}) try {
       return &tryFindPairs(frame);
     } catch (const std::bad_alloc&) {
       giveBack(frame.call);
-      frame.plan = decide(frame.call);
-      frame.plan.saveMemory();
+      Plan& plan = frame.plan = decide(frame.call);
+      plan.threads = plan.extraction.threads = 1;
+      plan.extraction.devices = 0;
+      plan.fat_pairs = plan.weighs_devices = false;
       const std::size_t moved = frame.stats.moved;
       frame.stats = {};
       frame.stats.moved = moved;
       if (last && events_ && !frame.call.scene.nested) events_->updateUnknown();
     }
+  reportWithoutMemory(frame, receiver);
   return nullptr;
 }
 
@@ -173,7 +156,7 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
     update = stages_->cache.update(call.geoms(), call.slots(), plan.rules, plan.threads,
                                    stages_->geom_update, frame.stats);
   if (update.unannounced.count)
-    complaints_.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
+    complaints.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
   Found found;
   if (!update.kept || !renew(frame, update)) {
     update.kept = false;
@@ -195,7 +178,7 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
   frame.begin(nullptr);
   frame.stats.pairs = pairs.size();
   stages_->cache.endFrame();
-  statistics_.note(frame.stats);
+  statistics.note(frame.stats);
   if constexpr (validates) {
     stages_->geom_update.validate(call.geoms());
     stages_->cache.validate(call.geoms(), stages_->geom_update, plan.rules,
@@ -220,7 +203,6 @@ void Pipeline::giveBack(const FrameCall& call) {
 // anew.
 bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   const FrameCall& call = frame.call;
-  call.scene.noteClean();
   noteUpdate(frame);
   // Where nothing changed the stage is shorter than reading the clock.
   if (!update.isSame()) frame.begin(&dParallelSAPStats::extract_ms);
@@ -237,12 +219,10 @@ Found Pipeline::findAnew(Frame& frame) {
   const int update_threads =
       stages_->geom_update.pack(call.geoms(), call.slots(), plan.rules, plan.threads,
                                 stages_->extraction.devices.reader(plan.extraction));
-  call.scene.noteClean();
-
-  const BoxSet& boxes = stages_->geom_update.boxes();
   noteUpdate(frame);
 
   frame.begin(&dParallelSAPStats::extract_ms);
+  const BoxSet& boxes = stages_->geom_update.boxes();
   PairList& candidates = call.lists.large->candidates;
   const PairFilter filter(call.geoms(), stages_->geom_update, plan.rules);
   Found found;
@@ -259,7 +239,7 @@ Found Pipeline::findAnew(Frame& frame) {
     stages_->fat.noteUnused();
     found = stages_->extraction.find(boxes, plan.extraction, filter, candidates);
   }
-  if (found.too_long) complaints_.ofTooLong(*found.too_long);
+  if (found.too_long) complaints.ofTooLong(*found.too_long);
   frame.stats.method = found.method;
   frame.stats.devices = found.devices;
   if (found.devices > 0) frame.stats.backend = dParallelSAPBackendCUDA;
@@ -275,9 +255,10 @@ Found Pipeline::findAnew(Frame& frame) {
 
 // Counts the geoms, whose boxes are up to date.
 void Pipeline::noteUpdate(Frame& frame) {
+  frame.call.scene.noteClean();
   const UpdateFacts& facts = stages_->geom_update.facts();
   dxGeom* const* const geoms = frame.call.geoms();
-  for (const Slot slot : facts.newly_invalid) complaints_.ofInvalid(geoms[slot]);
+  for (const Slot slot : facts.newly_invalid) complaints.ofInvalid(geoms[slot]);
   frame.stats.moved += facts.moved;
   frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
   frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
@@ -291,14 +272,7 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
   if (are_same && events_->updateSame()) return;
   frame.begin(&dParallelSAPStats::events_ms);
   if (!events_->update(pairs, frame.call.scene.slots, frame.plan.rules, frame.plan.threads))
-    complaints_.ofUnreportedEvents();
-}
-
-// By pair of the list, or null.
-const Touch* Pipeline::touchesOf(const FrameCall& call, const ContactPairs& pairs) const {
-  return touches_ && !call.scene.nested && events_->hasEvents() && pairs.isOfScene()
-             ? events_->touches()
-             : nullptr;
+    complaints.ofUnreportedEvents();
 }
 
 // Of a frame whose pairs have numbers and whose contacts are all known. Touches that the call
@@ -308,7 +282,7 @@ void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const Narr
   frame.begin(&dParallelSAPStats::events_ms);
   if (!events_->hasEvents() || !pairs.isComplete() ||
       !touches_->update(pairs, found, *events_, frame.plan.rules, frame.plan.most_threads))
-    complaints_.ofUnreportedEvents();
+    complaints.ofUnreportedEvents();
 }
 
 void Pipeline::turnEvents(int kinds) {
@@ -335,29 +309,29 @@ SceneFacts Pipeline::factsOf(const FrameCall& call) {
 void Pipeline::learn(const Frame& frame, const Found* found) {
   DeviceBackend& devices = stages_->extraction.devices;
   devices.reportLeftOut();
-  const int wanted = stages_->policy.learn(frame.plan, factsOf(frame.call), frame.call.settings,
-                                           found, frame.stats.extract_ms);
+  const int wanted = stages_->policy.learn(frame.plan, factsOf(frame.call), settings, found,
+                                           frame.stats.extract_ms);
   if (wanted > 0) devices.prepare(wanted);
 }
 
 // Shows the pairs to who watches, before the program gets them.
-void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
-  if (!watchers_ || frame.call.scene.nested || !watchers_->isDue()) return;
-  dxGeom* const* const geoms = frame.call.geoms();
+void Pipeline::showPairs(const FrameCall& call, const PairList& pairs) {
+  if (call.scene.nested || !observers.isDue()) return;
   for (const PairList::Run& run : pairs.runs)
-    for (const Pair pair : run) watchers_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
-  watchers_->endPairs();
+    for (const Pair pair : run)
+      observers.see(call.geoms()[earlierOf(pair)], call.geoms()[laterOf(pair)]);
+  observers.endPairs();
 }
 
 // The last stage may collide a part of the pairs first, as if it were all.
 void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
-  const bool by_last_stage = last_stage_ && !frame.call.scene.nested;
+  const bool by_last_stage = last_stage && !frame.call.scene.nested;
   if (by_last_stage) frame.begin(&dParallelSAPStats::narrow_ms);
-  const bool prepared = by_last_stage && last_stage_->prepare(frame, pairs);
+  const bool prepared = by_last_stage && last_stage->prepare(frame, pairs);
   frame.begin(&dParallelSAPStats::report_ms);
   if (prepared) {
-    statistics_.note(frame.stats);  // should the callback throw, or collide again
-    return last_stage_->report(frame, pairs, data, callback);
+    statistics.note(frame.stats);  // should the callback throw, or collide again
+    return last_stage->report(frame, pairs, data, callback);
   }
   const Reports::Open open(frame.call.scene.reports);
   LargeLists& lists = *frame.call.lists.large;
@@ -372,25 +346,24 @@ void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCall
 // The last resort: finds and reports at once.
 void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
   frame.begin(&dParallelSAPStats::report_ms);
-  complaints_.ofNoMemory();
+  complaints.ofNoMemory();
   const std::size_t moved = frame.stats.moved;
   frame.stats = updateWithoutMemory(frame.call.scene);
   frame.stats.moved += moved;
-  statistics_.note(frame.stats);
+  statistics.note(frame.stats);
   LargeLists* const lists = frame.call.lists.large.get();
   collideWithoutMemory(frame.call.scene, frame.plan.rules, lists ? &lists->last_resort : nullptr,
                        frame.stats, receiver);
 }
 
-void Pipeline::clean(const Scene& scene, const Settings& settings) {
-  if (scene.slots.size() <= small_scene_slots || !cleanMany(scene, settings))
+void Pipeline::clean(const Scene& scene) {
+  if (scene.slots.size() <= small_scene_slots || !cleanMany(scene))
     cleanOneByOne(scene.first);  // which takes less of the stack for spaces in spaces
   scene.noteClean();
 }
 
 // False without memory.
-__attribute__((noinline)) bool Pipeline::cleanMany(const Scene& scene,
-                                                   const Settings& settings) try {
+__attribute__((noinline)) bool Pipeline::cleanMany(const Scene& scene) try {
   if (!made(stages_)) return false;
   stages_->geom_update.clean(scene.slots.data(), scene.slots.size(),
                              Policy::teamFor(scene.slots.size(), settings),
@@ -402,7 +375,7 @@ __attribute__((noinline)) bool Pipeline::cleanMany(const Scene& scene,
 
 void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
   if (stages_) stages_->cache.stop();
-  if (last_stage_) last_stage_->noteNewSlots();
+  if (last_stage) last_stage->noteNewSlots();
   if (events_) events_->closeSlots(geoms);
 }
 
@@ -419,7 +392,7 @@ void Pipeline::release(int part, FrameLists& lists) {
     case 2:
       if (events_) events_->release();
       if (touches_) touches_->release();
-      if (last_stage_) last_stage_->release();
+      if (last_stage) last_stage->release();
       break;
     default:  // at last: frames that find all anew begin to fill the cache
       stages_->extraction.release();
@@ -429,7 +402,7 @@ void Pipeline::release(int part, FrameLists& lists) {
 }
 
 std::size_t Pipeline::bytes() const {
-  return bytesOf(stages_, events_, touches_, last_stage_, small_scenes_);
+  return bytesOf(stages_, events_, touches_, last_stage, small_pairs_);
 }
 
 }  // namespace ode_parallel_sap

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
-#include <utility>
 
 #include "space/cache/fat_proxies.h"
 #include "space/cache/pair_cache.h"
@@ -53,8 +53,7 @@ struct FrameCall {
   const Scene scene;
   FrameLists& lists;
   SharedPart<GeomTree>& tree;  // of the scene
-  const Settings& settings;
-  bool manual_cleanup;  // threads leave no data in ODE
+  bool manual_cleanup;         // threads leave no data in ODE
 
   dxGeom* const* geoms() const { return scene.slots.data(); }
   std::size_t slots() const { return scene.slots.size(); }
@@ -100,7 +99,7 @@ class LastStage {
 // What a space keeps from frame to frame, and the stages that use it.
 class Pipeline {
  public:
-  explicit Pipeline(bool sums) : statistics_(sums) {}
+  explicit Pipeline(const Settings& all) : settings(all), statistics(all.print_stats) {}
 
   // Each returns the number of pairs.
   // Calls `callback` for the pairs, in their order.
@@ -112,24 +111,22 @@ class Pipeline {
   std::size_t collidePairs(const FrameCall& call, const PairsRequest& request);
 
   // Brings the AABBs of all geoms up to date, as for a frame.
-  void clean(const Scene& scene, const Settings& settings);
+  void clean(const Scene& scene);
   // The geom of a slot is new, gone or has moved.
   void noteChange(Slot slot) {
-    small_scenes_.noteChange();
+    ++changes_;
     if (stages_) stages_->cache.note(slot);
-    if (last_stage_) last_stage_->noteChange(slot);
+    if (last_stage) last_stage->noteChange(slot);
   }
-  // A geom of a slot, or any geom, may be another in a way that ODE reports to no space. The former
-  // from many threads at once.
-  void noteUnreported(Slot slot) {
-    if (stages_) stages_->cache.noteShared(slot);
-  }
-  void noteAllUnreported() {
-    if (stages_) stages_->cache.noteAll();
+  // A geom, or with null any, may be another in a way that ODE reports to no space. The former from
+  // many threads at once.
+  void notify(const dxGeom* geom) {
+    if (!stages_) return;
+    geom ? stages_->cache.noteShared(Slots::slotOf(geom)) : stages_->cache.noteAll();
   }
   // A geom leaves its slot.
   void noteDeparture(dxGeom* geom, Slot slot) {
-    complaints_.forget(geom);
+    complaints.forget(geom);
     PairEvents::forget(geom);
     if (events_) events_->removeGeom(slot);
   }
@@ -148,17 +145,16 @@ class Pipeline {
     static const TouchEvents off;
     return touches_ ? *touches_ : off;
   }
-  Complaints& complaints() { return complaints_; }
-  Statistics& statistics() { return statistics_; }
-  const Statistics& statistics() const { return statistics_; }
-  // What takes the place of the report of dSpaceCollide.
-  void setLastStage(std::unique_ptr<LastStage> last_stage) { last_stage_ = std::move(last_stage); }
-  // They see the pairs of some frames.
-  void watchPairs(SpaceObservers* watchers) { watchers_ = watchers; }
   // Gives back a part of what is held, but for the devices. No frame uses `lists`.
   static constexpr int parts = 4;
   void release(int part, FrameLists& lists);
   std::size_t bytes() const;
+
+  Settings settings;
+  Complaints complaints;
+  Statistics statistics;
+  SpaceObservers observers;               // not changed while the space is locked
+  std::unique_ptr<LastStage> last_stage;  // takes the place of the report of dSpaceCollide
 
  private:
   // What only frames need that are not small.
@@ -172,39 +168,34 @@ class Pipeline {
     std::size_t bytes() const { return bytesOf(geom_update, extraction, cache, fat); }
   };
 
-  bool cleanMany(const Scene& scene, const Settings& settings);
+  bool cleanMany(const Scene& scene);
   void beginFrame(const FrameCall& call, bool contacts);
   SceneFacts factsOf(const FrameCall& call);
   Plan decide(const FrameCall& call);
   std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
-  template <class Report>
-  std::size_t run(const FrameCall& call, const PairReceiver& receiver, Report report);
-  inline FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                  SpaceObservers* watchers);
-  const PairList* findPairs(Frame& frame);
+  inline bool isSmall(const FrameCall& call) const;
+  FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver, bool shows_pairs);
+  bool updateSmallEvents(const FrameCall& call, unsigned pair_count);
+  const PairList* findPairs(Frame& frame, const PairReceiver& receiver);
   const PairList& tryFindPairs(Frame& frame);
   void giveBack(const FrameCall& call);
   bool renew(Frame& frame, const PairCache::Update& update);
   Found findAnew(Frame& frame);
   void noteUpdate(Frame& frame);
   void updateEvents(Frame& frame, const PairList& pairs, bool are_same);
-  const Touch* touchesOf(const FrameCall& call, const ContactPairs& pairs) const;
   void updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found);
   void learn(const Frame& frame, const Found* found);
-  void showPairs(const Frame& frame, const PairList& pairs);
+  void showPairs(const FrameCall& call, const PairList& pairs);
   void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
   void reportWithoutMemory(Frame& frame, const PairReceiver& receiver);
   std::size_t endFrame(Frame& frame);
 
   std::unique_ptr<Stages> stages_;
   int event_kinds_ = 0;
-  std::unique_ptr<PairEvents> events_;    // if any are on
-  std::unique_ptr<TouchEvents> touches_;  // if these are on
-  std::unique_ptr<LastStage> last_stage_;
-  SmallScenes small_scenes_;
-  Complaints complaints_;
-  Statistics statistics_;
-  SpaceObservers* watchers_ = nullptr;
+  std::unique_ptr<PairEvents> events_;     // if any are on
+  std::unique_ptr<TouchEvents> touches_;   // if these are on
+  std::uint64_t changes_ = 1;              // how often a geom became dirty, came or went
+  std::unique_ptr<PairList> small_pairs_;  // of a small frame with events, by slot
 };
 
 }  // namespace ode_parallel_sap

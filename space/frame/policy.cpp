@@ -6,10 +6,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-bool isAuto(const Settings& settings) {
-  return settings.method == dParallelSAPMethodAuto;
-}
-
 // The processor may be chosen, too.
 bool mayTakeProcessor(const Settings& settings) {
   return settings.backend == dParallelSAPBackendAuto;
@@ -27,7 +23,8 @@ DeviceChoice::Candidates candidatesOf(const Settings& settings, int devices) {
 
 bool Policy::isSmall(std::size_t slots, const Settings& settings) {
   return mechanisms::small_scenes && slots <= small_scene_slots &&
-         (isAuto(settings) || settings.method == dParallelSAPMethodBruteForce) &&
+         (settings.method == dParallelSAPMethodAuto ||
+          settings.method == dParallelSAPMethodBruteForce) &&
          settings.backend != dParallelSAPBackendCUDA;
 }
 
@@ -40,6 +37,7 @@ int Policy::teamFor(std::size_t slots, const Settings& settings) {
 }
 
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
+  const bool is_auto = settings.method == dParallelSAPMethodAuto;
   Plan plan;
   plan.rules = settings.rules;
   plan.threads = teamFor(facts.slots, settings);
@@ -48,10 +46,10 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   // callback, which has the pairs.
   plan.use_cache = mechanisms::kept_pairs && !facts.nested &&
                    settings.backend != dParallelSAPBackendCUDA &&
-                   (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
+                   (is_auto || settings.method == dParallelSAPMethodSweep);
   ExtractionPlan& extraction = plan.extraction;
   extraction.method = settings.method;
-  if (isAuto(settings))
+  if (is_auto)
     extraction.method =
         settings.backend == dParallelSAPBackendCUDA || facts.slots > brute_force_slots
             ? dParallelSAPMethodSweep

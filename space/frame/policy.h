@@ -51,13 +51,6 @@ struct Plan {
   // Where extraction may run on devices: what was weighed, and how it came out.
   bool weighs_devices = false;
   DeviceChoice::Decision device_decision;
-
-  // The same with the least memory.
-  void saveMemory() {
-    threads = extraction.threads = 1;
-    extraction.devices = 0;
-    fat_pairs = weighs_devices = false;
-  }
 };
 
 // Pairs and their order depend on none of its decisions, which may depend on what frames took.

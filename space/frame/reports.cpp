@@ -7,7 +7,7 @@
 
 namespace ode_parallel_sap {
 
-static Region handing_out("pairs in blocks: blocks"), resolving("report: geoms");
+static Region handing_out("pairs in blocks: blocks");
 
 void reportResolved(const PairList& pairs, const Scene& scene, int threads, dParallelSAPPair* room,
                     const void*& limit, void* data, dNearCallback* callback) {
@@ -15,14 +15,7 @@ void reportResolved(const PairList& pairs, const Scene& scene, int threads, dPar
   std::size_t first = 0;
   for (bool same = true; same && first < count;) {
     const std::size_t size = std::min(resolved_pairs, count - first);
-    runTeam(resolving, teamFor(size, grains::moved_pairs, threads), [&](int thread, int team) {
-      const Range own = ownPart(size, thread, team);
-      dParallelSAPPair* to = room + own.begin;
-      PairCursor(pairs).read(first + own.begin, first + own.end,
-                             [&](const Pair* begin, const Pair* end) {
-                               to = resolve(begin, end, scene.slots.data(), to);
-                             });
-    });
+    resolve(pairs, {first, first + size}, scene.slots.data(), threads, room);
     const dParallelSAPPair* pair = room;
     same = reportUnchanged(ResolvedPairs(), pair, room + size, /*far=*/true, scene.reports, limit,
                            [=](const dParallelSAPPair*, const dParallelSAPPair& geoms) {

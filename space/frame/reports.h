@@ -13,6 +13,7 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/frame/statistics.h"
+#include "space/frame/without_memory.h"
 #include "space/geoms/ode_private.h"
 #include "space/geoms/scene.h"
 
@@ -146,17 +147,17 @@ class PairBlock {
   PairBlock(const PairsRequest& request, dParallelSAPPair* pairs)
       : request_(request), pairs_(pairs) {}
 
-  // A PairReceiver whose data are a PairBlock: hands out full blocks, one after the other, and what
-  // is left in the end.
-  static void add(void* block, dGeomID o1, dGeomID o2);
-  static void finish(void* block) { static_cast<PairBlock*>(block)->handOut(); }
-  static void leaveOut(void* block);  // a pair
+  // Hands out full blocks, one after the other, and what is left in the end.
+  PairReceiver receiver() { return {this, add, finish, !request_.concurrent(), leaveOut}; }
 
   // Hands out the block of pairs [first, first + size), or less at the end of `count`, on whatever
   // thread this is: in parts, between which geoms have left.
   void handOut(std::size_t first, std::size_t count, const Scene& scene, PairCursor& pairs);
 
  private:
+  static void add(void* block, dGeomID o1, dGeomID o2);
+  static void finish(void* block) { static_cast<PairBlock*>(block)->handOut(); }
+  static void leaveOut(void* block);  // a pair
   void handOut();
 
   const PairsRequest& request_;

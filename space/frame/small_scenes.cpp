@@ -11,6 +11,9 @@
 #include <utility>
 
 #include "space/base/mechanisms.h"
+#include "space/frame/frame.h"
+#include "space/geoms/pair_rule.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
@@ -150,9 +153,8 @@ inline unsigned findAmongClean(const Scene& scene, const PairRule& rule, bool st
                          ? findByVectors(lists, lists.actives)
                          : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
   }
-  const bool took_all = still && lists.takes_all;
   lists.takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
-  if (lists.takes_all && (took_all || !still)) return lists.overlaps;
+  if (lists.takes_all && !still) return lists.overlaps;
   return filter(lists, [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); });
 }
 
@@ -183,11 +185,6 @@ inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLi
   counts.unbounded = lists.unbounded;
   counts.disabled = counts.geoms - lists.actives - counts.invalid;
   counts.candidates = counts.pairs = pairs;
-}
-
-void complainOfInvalid(dxGeom* first, Complaints& complaints) {
-  for (dxGeom* geom = first; geom; geom = geom->next)
-    if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
 }
 
 // Not inline: the loop needs all registers.
@@ -227,34 +224,40 @@ bool SmallLists::grow(std::size_t geoms) try {
   return false;
 }
 
-FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, SmallLists& lists,
-                                 Complaints& complaints, Statistics& statistics,
-                                 const PairReceiver& receiver, PairEvents* events,
-                                 SpaceObservers* watchers) {
+// The same promises as the other frames' without stages or clocks: for so few geoms those would
+// take most of the time. While no geom is dirty, comes or goes, the boxes that overlap stay, and
+// only what ODE does not announce is tested again. The lists have room.
+FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
+                                   bool shows_pairs) {
+  const Scene& scene = call.scene;
+  SmallLists& lists = call.lists.small;
+  if (stages_) stages_->cache.stop();
+  shows_pairs = shows_pairs && !scene.nested && observers.isDue();
   const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   const std::uint64_t changes = changes_;
   const bool still =
       mechanisms::still_small_scenes && lists.changes == changes && !scene.needs_clean;
   FrameCounts counts;
-  find(scene, rules, still, lists, counts);
+  find(scene, settings.rules, still, lists, counts);
   lists.changes = changes;  // what changed meanwhile counts for the next one
-  if (counts.invalid) complainOfInvalid(scene.first, complaints);
+  for (dxGeom* geom = counts.invalid ? scene.first : nullptr; geom; geom = geom->next)
+    if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
   if (lists.user_classes)
     counts.pairs = filter(lists, [](PlacePair pair, dxGeom* a, dxGeom* b) {
       return !pair.isLeftOut() && passesAABBTests(a, b);
     });
-  if (events && !updateEvents(scene, rules, lists, counts.pairs, *events))
+  if (events_ && !scene.nested && !updateSmallEvents(call, counts.pairs))
     complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
   statistics.noteSmall(counts);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  if (watchers) {
+  if (shows_pairs) {
     for (unsigned i = 0; i < lists.overlaps; ++i)
       if (const PlacePair pair = lists.pairs[i]; !pair.isLeftOut())
-        watchers->see(lists.active[pair.earlier()], lists.active[pair.later()]);
-    watchers->endPairs();
+        observers.see(lists.active[pair.earlier()], lists.active[pair.later()]);
+    observers.endPairs();
   }
   reportPairs(scene, lists, receiver);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
@@ -266,25 +269,25 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
 }
 
 // False without memory for it.
-bool SmallScenes::updateEvents(const Scene& scene, const PackRules& rules, const SmallLists& lists,
-                               unsigned pair_count, PairEvents& events) {
-  if (lists.same && events.updateSame()) return true;
+bool Pipeline::updateSmallEvents(const FrameCall& call, unsigned pair_count) {
+  const SmallLists& lists = call.lists.small;
+  if (lists.same && events_->updateSame()) return true;
   try {
-    if (!made(event_pairs_)) throw std::bad_alloc();
-    event_pairs_->clear(1);
-    Buffer<Pair>& pairs = event_pairs_->parts[0];
+    if (!made(small_pairs_)) throw std::bad_alloc();
+    small_pairs_->clear(1);
+    Buffer<Pair>& pairs = small_pairs_->parts[0];
     pairs.resizeDiscarding(pair_count);
     Pair* to = pairs.data();
     for (unsigned i = 0; i < lists.overlaps; ++i)
       if (const PlacePair pair = lists.pairs[i]; !pair.isLeftOut())
         *to++ = makePair(Slots::slotOf(lists.active[pair.earlier()]),
                          Slots::slotOf(lists.active[pair.later()]));
-    event_pairs_->addParts(/*decided=*/true);
+    small_pairs_->addParts(/*decided=*/true);
   } catch (const std::bad_alloc&) {
-    events.updateUnknown();
+    events_->updateUnknown();
     return false;
   }
-  return events.update(*event_pairs_, scene.slots, rules, 1);
+  return events_->update(*small_pairs_, call.scene.slots, settings.rules, 1);
 }
 
 }  // namespace ode_parallel_sap

@@ -1,18 +1,13 @@
 // Scenes so small that they need no boxes.
 #pragma once
 
+#include <ode/ode.h>
+
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 
 #include "space/base/buffer.h"
 #include "space/base/tuning.h"
-#include "space/cache/pair_events.h"
-#include "space/frame/statistics.h"
-#include "space/frame/without_memory.h"
-#include "space/geoms/pair_rule.h"
-#include "space/geoms/scene.h"
-#include "space/geoms/space_observer.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -40,7 +35,7 @@ struct SmallLists {
   bool user_classes = false;  // among the geoms
   bool takes_all = false;     // all overlaps are pairs
   bool same = false;          // the pairs are those of the frame before
-  // Of SmallScenes, when the last frame began; 0: none has.
+  // How often a geom had become dirty, come or gone when the last frame began; 0: none has.
   std::uint64_t changes = 0;
 
   // For all pairs of so many geoms. False without memory for it.
@@ -49,28 +44,6 @@ struct SmallLists {
 
  private:
   bool grow(std::size_t geoms);
-};
-
-// The same promises as the pipeline's without stages or clocks: for so few geoms those would take
-// most of the time. While no geom is dirty, comes or goes, the boxes that overlap stay, and only
-// what ODE does not announce is tested again.
-class SmallScenes {
- public:
-  // A geom became dirty, came or went.
-  void noteChange() { ++changes_; }
-  // `lists` have room, and no other frame uses them. `events`, which may be 0, are updated with the
-  // pairs, and `watchers`, which may be 0, see them, before `receiver` gets them.
-  FrameCounts collide(const Scene& scene, const PackRules& rules, SmallLists& lists,
-                      Complaints& complaints, Statistics& statistics, const PairReceiver& receiver,
-                      PairEvents* events, SpaceObservers* watchers);
-  std::size_t bytes() const { return bytesOf(event_pairs_); }
-
- private:
-  bool updateEvents(const Scene& scene, const PackRules& rules, const SmallLists& lists,
-                    unsigned pair_count, PairEvents& events);
-
-  std::uint64_t changes_ = 1;
-  std::unique_ptr<PairList> event_pairs_;  // by slot
 };
 
 }  // namespace ode_parallel_sap

@@ -25,14 +25,6 @@ std::size_t hashOf(std::uintptr_t bits) {
   return hash ^ hash >> 32;
 }
 
-void sortByPlace(Buffer<PairEvents::Event>& events) {
-  const auto isBefore = [](const PairEvents::Event& a, const PairEvents::Event& b) {
-    return a.place < b.place;
-  };
-  if (!std::is_sorted(events.begin(), events.end(), isBefore))
-    std::stable_sort(events.begin(), events.end(), isBefore);
-}
-
 }  // namespace
 
 void TouchEvents::beginFrame(PairEvents& pairs, bool contacts) {
@@ -66,15 +58,14 @@ bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found,
   else
     listTouches(contacts, found, pairs);
   if (outlive_) listAgain(geoms, pairs);
-  match();
-  findEnded(geoms, rules);
-  begun_.reserve(changed_.size() + begun_within_);
-  ended_.reserve(changed_.size() + ended_within_ + pairs.endedTouches().size());
-  pairs.pool().reserve(begun_within_);
+  const std::size_t begun_within = match(), ended_within = findEnded(geoms, rules);
+  begun_.reserve(changed_.size() + begun_within);
+  ended_.reserve(changed_.size() + ended_within + pairs.endedTouches().size());
+  pairs.pool().reserve(begun_within);
   writeOwn(geoms, pairs, threads);
   writeWithin(pairs.pool());
-  sortByPlace(begun_);
-  sortByPlace(ended_);
+  PairEvents::sortByPlace(begun_);
+  PairEvents::sortByPlace(ended_);
   return true;
 } catch (const std::bad_alloc&) {
   next_within_.resizeDiscarding(0);
@@ -122,14 +113,13 @@ void TouchEvents::listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs) {
 
 // Finds which touches of next_within_ last: most in the order of the last frame, others by the
 // table. One that the program's callback added twice counts once. A geom without the flag is
-// another one than that of its address in the last frame.
-void TouchEvents::match() {
+// another one than that of its address in the last frame. Returns how many begin.
+std::size_t TouchEvents::match() {
   for (Within& touch : within_) touch.lasts = false;
   table_.resizeDiscarding(0);
   again_.resizeDiscarding(0);
-  begun_within_ = 0;
   const std::size_t last = within_.size();
-  std::size_t next = 0, kept = 0;
+  std::size_t next = 0, kept = 0, begun = 0;
   for (Within touch : next_within_) {
     const bool is_known = (touch.o1->gflags & touch.o2->gflags & touching_) != 0;
     const auto isSame = [&](const Within& before) {
@@ -140,7 +130,7 @@ void TouchEvents::match() {
       if (entry > last) continue;
       if (entry == 0 || !isSame(within_[entry - 1])) {
         if (touch.outlives) continue;
-        ++begun_within_;
+        ++begun;
         next_within_[kept++] = touch;
         entry = static_cast<std::uint32_t>(last + kept);
         continue;
@@ -155,6 +145,7 @@ void TouchEvents::match() {
     next_within_[kept++] = touch;
   }
   next_within_.resize(kept);
+  return begun;
 }
 
 // The entry of the touch of two geoms, in any order, or a free one. Entries count from 1, first the
@@ -179,12 +170,12 @@ std::uint32_t& TouchEvents::entryOf(const dxGeom* o1, const dxGeom* o2) {
 }
 
 // Of touches that did not last: which geoms are still there; no other is read. Those whose pair
-// rests last after all.
-void TouchEvents::findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules) {
-  ended_within_ = static_cast<std::size_t>(
+// rests last after all. Returns how many end.
+std::size_t TouchEvents::findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules) {
+  std::size_t ended = static_cast<std::size_t>(
       std::count_if(within_.begin(), within_.end(), [](const Within& t) { return !t.lasts; }));
-  if (ended_within_ == 0) return;
-  left_.resizeDiscarding(powerOfTwoFrom(4 * ended_within_));
+  if (ended == 0) return 0;
+  left_.resizeDiscarding(powerOfTwoFrom(4 * ended));
   std::fill(left_.begin(), left_.end(), 0);
   for (const Within& touch : within_)
     if (!touch.lasts)
@@ -197,9 +188,10 @@ void TouchEvents::findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules
         !PairEvents::rests(touch.o1, touch.o2, rules))
       continue;
     touch.lasts = true;
-    --ended_within_;
+    --ended;
     next_within_.push_back(touch);
   }
+  return ended;
 }
 
 void TouchEvents::markPresent(dxGeom* geom) {

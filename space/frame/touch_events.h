@@ -61,9 +61,9 @@ class TouchEvents {
   void takeOutlived(PairEvents& pairs);
   void listTouches(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs);
   void listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
-  void match();
+  std::size_t match();
   std::uint32_t& entryOf(const dxGeom* o1, const dxGeom* o2);
-  void findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules);
+  std::size_t findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules);
   void markPresent(dxGeom* geom);
   std::uintptr_t& leftOf(const dxGeom* geom);
   dxGeom* ifPresent(dxGeom* geom) { return leftOf(geom) & present ? geom : nullptr; }
@@ -78,8 +78,7 @@ class TouchEvents {
   Buffer<Within> within_, next_within_;  // between two updates, next_within_ holds the last ones
   bool outlive_ = false;                 // any of within_
   Buffer<std::uint32_t> table_;          // of touches within, by their geoms
-  std::size_t begun_within_ = 0, ended_within_ = 0;
-  int touching_ = 0;  // the bit of this space
+  int touching_ = 0;                     // the bit of this space
   // Addresses of geoms whose touches ended, by their hash; with the bit if they are in the space.
   static constexpr std::uintptr_t present = 1;
   Buffer<std::uintptr_t> left_;

@@ -118,17 +118,6 @@ void readLength(const char* variable, dReal& value) {
     complain(variable, text, "not a length, 0 or more and finite,");
 }
 
-// What a program may set on a space by itself, in the same words.
-void readRules(PackRules& rules) {
-  readSwitch("ODE_PARALLEL_SAP_SKIP_STATIC", rules.skip_static);
-  readSwitch("ODE_PARALLEL_SAP_SKIP_ASLEEP", rules.skip_asleep);
-  readSwitch("ODE_PARALLEL_SAP_CULL_PLANES", rules.cull_planes);
-  readLength("ODE_PARALLEL_SAP_TOLERANCE", rules.tolerance);
-  const int notified = nameFromEnvironment("ODE_PARALLEL_SAP_NOTIFIED", notified_modes, 0);
-  rules.notified = notified == 1;
-  rules.checked = notified == 2;
-}
-
 }  // namespace
 
 void complainOnce(const std::string& text) {
@@ -166,7 +155,13 @@ Settings settingsFromEnvironment() {
   readCount("ODE_PARALLEL_SAP_THREADS", settings.threads);
   settings.threads = std::min(settings.threads, most_threads);
   readCount("ODE_PARALLEL_SAP_DEVICES", settings.devices);
-  readRules(settings.rules);
+  readSwitch("ODE_PARALLEL_SAP_SKIP_STATIC", settings.rules.skip_static);
+  readSwitch("ODE_PARALLEL_SAP_SKIP_ASLEEP", settings.rules.skip_asleep);
+  readSwitch("ODE_PARALLEL_SAP_CULL_PLANES", settings.rules.cull_planes);
+  readLength("ODE_PARALLEL_SAP_TOLERANCE", settings.rules.tolerance);
+  const int notified = nameFromEnvironment("ODE_PARALLEL_SAP_NOTIFIED", notified_modes, 0);
+  settings.rules.notified = notified == 1;
+  settings.rules.checked = notified == 2;
   readSwitch("ODE_PARALLEL_SAP_STATS", settings.print_stats);
   // Not part of the interface: lets tests come to the limit without filling the machine.
   int megabytes = 0;

@@ -37,13 +37,6 @@ bool odeAsserts() {
   return asserts;
 }
 
-void reportThreadShortage(int granted, int wanted) {
-  dMessage(0,
-           "parallel SAP space: the machine provides %d of %d threads (limits of processes or of "
-           "memory), and the work goes on with these",
-           granted, wanted);
-}
-
 // Spaces that are to print their sums, when they end or the process does. They may outlive all
 // else.
 struct Printing {
@@ -54,10 +47,6 @@ struct Printing {
 Printing& printing() {
   static Printing& all = *new Printing;
   return all;
-}
-bool removeFromPrinting(const ParallelSAPSpace* space) {
-  const std::lock_guard<std::mutex> lock(printing().mutex);
-  return printing().spaces.erase(space) > 0;
 }
 
 // The stack that the system gave the calling thread; empty where that is not known.
@@ -236,11 +225,17 @@ inline Reports ParallelSAPSpace::reportsOf(const Call& call) {
   return reports;
 }
 
-ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
-    : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
+ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class, bool prints_sums)
+    : dxSpace(parent), pipeline_(settingsFromEnvironment()) {
   type = space_class;
+  const auto reportThreadShortage = [](int granted, int wanted) {
+    dMessage(0,
+             "parallel SAP space: the machine provides %d of %d threads (limits of processes or of "
+             "memory), and the work goes on with these",
+             granted, wanted);
+  };
   on_thread_shortage.store(reportThreadShortage, std::memory_order_relaxed);
-  if (!settings_.print_stats) return;
+  if (!pipeline_.settings.print_stats || !prints_sums) return;
   const std::lock_guard<std::mutex> lock(printing().mutex);
   Printing& all = printing();
   if (all.process == 0) std::atexit(printAtExit);
@@ -251,7 +246,11 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
 
 ParallelSAPSpace::~ParallelSAPSpace() {
   require(!isLocked(), "Invalid operation for locked space", "dSpaceDestroy");
-  if (settings_.print_stats && removeFromPrinting(this))
+  const auto leavePrinting = [this] {
+    const std::lock_guard<std::mutex> lock(printing().mutex);
+    return printing().spaces.erase(this) > 0;
+  };
+  if (pipeline_.settings.print_stats && leavePrinting())
     printTotals([](const void* space, const char* text) {
       dMessage(0, "parallel SAP space %p: %s", space, text);
     });
@@ -265,7 +264,7 @@ ParallelSAPSpace::~ParallelSAPSpace() {
 }
 
 void ParallelSAPSpace::printTotals(Print print) const {
-  const FrameSums sums = totals(), frame = sums.average();
+  const FrameSums sums = pipeline_.statistics.sums(), frame = sums.average();
   const auto line = [&](const char* format, auto... values) {
     char text[512];
     std::snprintf(text, sizeof text, format, values...);
@@ -285,13 +284,9 @@ void ParallelSAPSpace::printTotals(Print print) const {
   sums.adviseBatches([&](unsigned long long queries, const char* by, const char* call) {
     line("%s would answer %llu dSpaceCollide2 of %s on all threads", call, queries, by);
   });
-  observers_.forEach([&](const SpaceObserver& observer) {
+  pipeline_.observers.forEach([&](const SpaceObserver& observer) {
     for (const std::string& text : observer.lines(frame.times())) print(this, text.c_str());
   });
-}
-
-void ParallelSAPSpace::printNoTotals() {
-  removeFromPrinting(this);
 }
 
 // To stderr, since a program's handler may be gone. A forked child ends without its parent's
@@ -363,7 +358,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
   if (silent_.remove(slot)) noteMayBeSilent(slot);
-  observers_.forEach([=](SpaceObserver& observer) { observer.forget(geom); });
+  pipeline_.observers.forEach([=](SpaceObserver& observer) { observer.forget(geom); });
   noteMember();
   swept_.remove(geom, slot);
   if (!geom->next) tail_ = slots_.tomeOf(geom);
@@ -389,15 +384,6 @@ void ParallelSAPSpace::noteAround(Note note) {
   }
 }
 
-// A stock space of this one changed while callbacks run, which only its first change is sure to
-// announce.
-void ParallelSAPSpace::noteInStock(Slot slot) {
-  if (isReporting()) edits_.noteWithin(slots_.geoms(), slot);
-  noteAround([](Edits& edits, const Edits::Geoms& geoms, Slot within) {
-    edits.noteWithin(geoms, within);
-  });
-}
-
 // Callbacks may destroy geoms with every ODE. One with assertions forbids all other changes, as it
 // would if it saw the space locked.
 void ParallelSAPSpace::requireOpen(const char* function, bool destroys) const {
@@ -406,12 +392,18 @@ void ParallelSAPSpace::requireOpen(const char* function, bool destroys) const {
 }
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
-  if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
+  const std::thread::id user = user_.load(std::memory_order_relaxed);
+  if (__builtin_expect(user != std::thread::id(), 0) && user != std::this_thread::get_id())
+    complainOfThreads();
   needs_clean_.store(true, std::memory_order_relaxed);
   const Slot slot = Slots::slotOf(geom);
   if (IS_SPACE(geom) && !parallelSAPSpace(geom)) {
     noteMayBeSilent(slot);
-    noteInStock(slot);
+    // Only the first change of a stock space while callbacks run is sure to come here.
+    if (isReporting()) edits_.noteWithin(slots_.geoms(), slot);
+    noteAround([](Edits& edits, const Edits::Geoms& geoms, Slot within) {
+      edits.noteWithin(geoms, within);
+    });
   }
   noteChange(slot);
   if (isReporting() && !IS_SPACE(geom))
@@ -426,16 +418,12 @@ void ParallelSAPSpace::noteMayBeSilent(Slot slot) {
   }
 }
 
-__attribute__((noinline)) void ParallelSAPSpace::checkUser() {
-  if (user_.load(std::memory_order_relaxed) != std::this_thread::get_id()) complainOfThreads();
-}
-
-void ParallelSAPSpace::complainOfThreads() {
+__attribute__((noinline)) void ParallelSAPSpace::complainOfThreads() {
 #ifndef NDEBUG
   dDebug(d_ERR_UASSERT, "parallel SAP space %p: two threads use it at the same time",
          static_cast<const void*>(this));
 #else
-  pipeline_.complaints().ofThreads(this);
+  pipeline_.complaints.ofThreads(this);
 #endif
 }
 
@@ -494,20 +482,13 @@ void ParallelSAPSpace::updateSweptBounds() {
     gflags |= GEOM_DIRTY;
 }
 
-// Of one geom, which meets another space.
-void ParallelSAPSpace::updateSweptBoundsOf(dxGeom* geom) {
-  if (swept_.idle()) return;
-  const Use lock(*this, Use::query, /*locks=*/1);
-  if (!lock.isGuest()) swept_.updateOne(geom, Slots::slotOf(geom), slots_.size());
-}
-
 void ParallelSAPSpace::cleanGeoms() {
   const Use lock(*this, Use::query, /*locks=*/1);
   if (lock.isGuest()) return;
   checkSilent();
   if (!needs_clean_) return;
   any_moved_ = true;
-  pipeline_.clean(scene(/*nested=*/true), settings_);
+  pipeline_.clean(scene(/*nested=*/true));
 }
 
 // Before a query: where few geoms changed since the last one, these are known.
@@ -518,7 +499,7 @@ void ParallelSAPSpace::cleanFew() {
   if (GeomTree* const tree = tree_.get(); tree && tree->clean(slots_.geoms()))
     all.noteClean();
   else
-    pipeline_.clean(all, settings_);
+    pipeline_.clean(all);
 }
 
 // Within a callback of this space the slots stay what they are, and what is held stays held.
@@ -540,15 +521,15 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
     if (tree && tree->noteFrame()) call.workspace()->releaseQueries();
   }
   const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
-  if (notified != notify_all_calls_seen_) notify(nullptr);
+  if (notified != notify_all_calls_seen_) pipeline_.notify(nullptr);
   notify_all_calls_seen_ = notified;
   checkSilent();
   if (needs_clean_) any_moved_ = true;
-  observers_.forEach([&](SpaceObserver& observer) {
+  pipeline_.observers.forEach([&](SpaceObserver& observer) {
     if (call.nested() || !observer.wantsScene()) return;
     const Scene all = scene(/*nested=*/false);
-    if (needs_clean_) pipeline_.clean(all, settings_);
-    observer.seeScene(all, settings_.rules);
+    if (needs_clean_) pipeline_.clean(all);
+    observer.seeScene(all, pipeline_.settings.rules);
   });
 }
 
@@ -559,21 +540,16 @@ inline GeomTree* ParallelSAPSpace::treeOf(const Use& use) {
 // Without a part of its own a call has another one. That is on the stack of no other call: a
 // callback may need that.
 template <class Part, class Run>
-void ParallelSAPSpace::with(Part* own, Run run) {
+auto ParallelSAPSpace::with(Part* own, Run run) {
   const auto withOther = [&]() __attribute__((noinline)) {
     Part other;
-    run(other);
+    return run(other);
   };
-  own ? run(*own) : withOther();
+  return own ? run(*own) : withOther();
 }
 
 void ParallelSAPSpace::notifyAll() {
   notify_all_calls.fetch_add(1, std::memory_order_relaxed);
-}
-
-void ParallelSAPSpace::observe(std::unique_ptr<SpaceObserver> observer) {
-  observers_.add(std::move(observer));
-  pipeline_.watchPairs(&observers_);
 }
 
 template <class Collide>
@@ -585,12 +561,13 @@ void ParallelSAPSpace::runFrame(Collide collide) {
     silent_.validate(slots_.geoms());
   }
   with(call.workspace() ? &call.workspace()->frame : nullptr, [&](FrameLists& lists) {
-    last_pairs_ = collide(
-        {scene(call.nested(), reportsOf(call)), lists, tree_, settings_, getManualCleanup() != 0});
+    last_pairs_ =
+        collide({scene(call.nested(), reportsOf(call)), lists, tree_, getManualCleanup() != 0});
   });
   if constexpr (validates) edits_.validate(slots_.geoms());
   if (call.nested()) return;
-  observers_.forEach([&](SpaceObserver& observer) { observer.endFrame(this, any_moved_); });
+  pipeline_.observers.forEach(
+      [&](SpaceObserver& observer) { observer.endFrame(this, any_moved_); });
   any_moved_ = false;
 }
 
@@ -601,10 +578,9 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   runFrame([&](const FrameCall& frame) {
-    std::size_t pairs = 0;
-    with(made(frame.lists.large),
-         [&](LargeLists& lists) { pairs = pipeline_.collideContacts(frame, request, lists); });
-    return pairs;
+    return with(made(frame.lists.large), [&](LargeLists& lists) {
+      return pipeline_.collideContacts(frame, request, lists);
+    });
   });
 }
 
@@ -618,8 +594,10 @@ inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
     ParallelSAPSpace* const other = parallelSAPSpace(geom);
     if (other && (other->ever_swept_ || !other->isClean())) other->cleanGeoms();
   } else if (any_swept.load(std::memory_order_relaxed)) {
-    if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space))
-      other->updateSweptBoundsOf(geom);
+    ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space);
+    if (!other || other->swept_.idle()) return;
+    const Use lock(*other, Use::query, /*locks=*/1);
+    if (!lock.isGuest()) other->swept_.updateOne(geom, Slots::slotOf(geom), other->slots_.size());
   }
 }
 
@@ -630,8 +608,8 @@ __attribute__((noinline)) void ParallelSAPSpace::reportMany(const Call& call, dx
   with(call.lists(&Workspace::query), [&](QueryLists& lists) {
     const Reports reports = reportsOf(call);
     if (!findHits(call, geom, lists))
-      return queryWithoutMemory(scene(/*nested=*/true, reports), settings_.rules, geom, data,
-                                callback);
+      return queryWithoutMemory(scene(/*nested=*/true, reports), pipeline_.settings.rules, geom,
+                                data, callback);
     const Buffer<dxGeom*>& geoms = slots_.geoms();
     const bool within = geom->parent_space == this;
     const Slot probe = within ? Slots::slotOf(geom) : 0;
@@ -647,7 +625,7 @@ __attribute__((always_inline)) inline void ParallelSAPSpace::reportFew(const Cal
                                                                        dxGeom* geom, void* data,
                                                                        dNearCallback* callback) {
   const Buffer<dxGeom*>& geoms = slots_.geoms();
-  std::uint32_t hits = findFew(geoms, geom, settings_.rules);
+  std::uint32_t hits = findFew(geoms, geom, pipeline_.settings.rules);
   if (!hits) return;
   for (std::uint32_t rest = hits; rest; rest &= rest - 1)
     if (!passesAABBTests(geoms[__builtin_ctz(rest)], geom)) hits &= ~(rest & -rest);
@@ -661,29 +639,23 @@ __attribute__((always_inline)) inline void ParallelSAPSpace::reportFew(const Cal
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Call call(*this, Use::query);
-  const bool timed = pipeline_.statistics().timesQueries();
+  const bool timed = pipeline_.statistics.timesQueries();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   const Statistics::QueryBy by = !timed || parent_space || IS_SPACE(geom) ? Statistics::other
                                  : geom->type == dRayClass                ? Statistics::ray
                                                                           : Statistics::geom;
-  if (prepareQuery(call, geom)) {
-    if (slots_.size() <= few_geoms)
-      reportFew(call, geom, data, callback);
-    else
-      reportMany(call, geom, data, callback);
-  }
-  if (timed) pipeline_.statistics().noteQuery(by, milliseconds(begin, Clock::now()));
-}
-
-// False where the geom is in no pair.
-inline bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
   if (!call.isGuest()) checkSilent();
   updateOther(geom);
   if (!call.isGuest()) cleanFew();
   updateAABB(geom);
-  if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return false;
-  if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom), false;
-  return true;
+  const bool is_empty = IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom));
+  if (!is_empty && hasNaN(geom))
+    pipeline_.complaints.ofInvalid(geom);
+  else if (!is_empty && slots_.size() <= few_geoms)
+    reportFew(call, geom, data, callback);
+  else if (!is_empty)
+    reportMany(call, geom, data, callback);
+  if (timed) pipeline_.statistics.noteQuery(by, milliseconds(begin, Clock::now()));
 }
 
 // By the tree where queries come often enough to pay for it. False without memory. Not inline
@@ -698,8 +670,9 @@ __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom
       const Buffer<dxGeom*>& geoms = slots_.geoms();
       const bool may_read =
           guest ? guest->mayRead()
-                : tree.bringUpToDate(geoms, Policy::teamFor(geoms.size(), settings_));
-      ode_parallel_sap::findHits(may_read ? &tree : nullptr, geoms, geom, settings_.rules, lists);
+                : tree.bringUpToDate(geoms, Policy::teamFor(geoms.size(), pipeline_.settings));
+      ode_parallel_sap::findHits(may_read ? &tree : nullptr, geoms, geom, pipeline_.settings.rules,
+                                 lists);
     });
     lists.found.resizeDiscarding(lists.hits.size());
   } catch (const std::bad_alloc&) {
@@ -729,7 +702,7 @@ NestedTrees ParallelSAPSpace::nestedTrees(std::size_t queries) const {
     const Buffer<dxGeom*>& geoms = own.slots_.geoms();
     try {
       if (!use.isGuest())
-        tree->bringUpToDate(geoms, Policy::teamFor(geoms.size(), own.settings_), queries);
+        tree->bringUpToDate(geoms, Policy::teamFor(geoms.size(), own.pipeline_.settings), queries);
       const GeomTree::Reader reader(*tree);
       if (reader.mayRead()) nested.push_back({Slots::slotOf(&own), *tree, geoms, reader});
     } catch (const std::bad_alloc&) {
@@ -739,58 +712,53 @@ NestedTrees ParallelSAPSpace::nestedTrees(std::size_t queries) const {
   return nested;
 }
 
-// Calls find(scene, tree, way, lists, nested) for a batch of queries.
+// Calls find(scene, tree, way, lists, nested) for a batch of queries, and note(count, ms).
 template <class Lists, class Find>
 std::size_t ParallelSAPSpace::runBatch(std::size_t count, std::unique_ptr<Lists> Workspace::*own,
-                                       Find find) {
+                                       Find find, void (Statistics::*note)(std::size_t, double)) {
+  const Clock::time_point begin = Clock::now();
   const SpannedCall call(*this, Use::query);
   if (!call.isGuest()) {
     checkSilent();
     cleanFew();
   }
-  const BatchWay way = {call.isGuest() ? 1 : threadsFor(settings_), getManualCleanup() != 0,
-                        call.isGuest(), query_filter_};
+  const BatchWay way = {call.isGuest() ? 1 : threadsFor(pipeline_.settings),
+                        getManualCleanup() != 0, call.isGuest(), query_filter_};
   const Scene all = scene(/*nested=*/true, reportsOf(call));
-  std::size_t found = 0;
-  with(treeOf(call), [&](GeomTree& tree) {
-    with(call.lists(own),
-         [&](Lists& lists) { found = find(all, tree, way, lists, nestedTrees(count)); });
+  const std::size_t found = with(treeOf(call), [&](GeomTree& tree) {
+    return with(call.lists(own),
+                [&](Lists& lists) { return find(all, tree, way, lists, nestedTrees(count)); });
   });
+  (pipeline_.statistics.*note)(count, milliseconds(begin, Clock::now()));
   return found;
 }
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
-  const Clock::time_point begin = Clock::now();
   const auto cast = [&](const Scene& scene, GeomTree& tree, const BatchWay& way, RayLists& lists,
                         NestedTrees nested) {
     return ode_parallel_sap::castRays(scene, tree, request, way, lists, std::move(nested));
   };
-  const std::size_t hits = runBatch(request.count, &Workspace::rays, cast);
-  pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
-  return hits;
+  return runBatch(request.count, &Workspace::rays, cast, &Statistics::noteRays);
 }
 
 std::size_t ParallelSAPSpace::findOverlaps(OverlapRequest request) {
-  const Clock::time_point begin = Clock::now();
   request.swept = any_swept.load(std::memory_order_relaxed);
   request.prepare = [this](dxGeom* geom) {
     require(geom && !IS_SPACE(geom), "a probe is a geom, no space", "dParallelSAPSpaceOverlaps");
     updateOther(geom);
     updateAABB(geom);
-    if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
+    if (hasNaN(geom)) pipeline_.complaints.ofInvalid(geom);
   };
   const auto find = [&](const Scene& scene, GeomTree& tree, const BatchWay& way,
                         OverlapLists& lists, NestedTrees nested) {
-    return ode_parallel_sap::findOverlaps(scene, tree, settings_.rules, request, way, lists,
-                                          std::move(nested));
+    return ode_parallel_sap::findOverlaps(scene, tree, pipeline_.settings.rules, request, way,
+                                          lists, std::move(nested));
   };
-  const std::size_t overlaps = runBatch(request.count, &Workspace::overlaps, find);
-  pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));
-  return overlaps;
+  return runBatch(request.count, &Workspace::overlaps, find, &Statistics::noteOverlaps);
 }
 
 dParallelSAPStats ParallelSAPSpace::stats() {
-  return pipeline_.statistics().onRequest(
+  return pipeline_.statistics.onRequest(
       sizeof *this + bytesOf(slots_, silent_, swept_, tree_, pipeline_, workspace_));
 }
 

@@ -6,13 +6,11 @@
 #include <atomic>
 #include <memory>
 #include <thread>
-#include <utility>
 
 #include "space/frame/frame.h"
 #include "space/frame/policy.h"
 #include "space/geoms/ode_private.h"
 #include "space/geoms/scene.h"
-#include "space/geoms/space_observer.h"
 #include "space/ode/silent_geoms.h"
 #include "space/ode/swept_bounds.h"
 #include "space/queries/geom_tree.h"
@@ -45,7 +43,9 @@ class ParallelSAPSpace : public dxSpace {
  public:
   // IS_SPACE is a range check on the type, so it must be one of ODE's. No function of ODE casts on
   // the default.
-  explicit ParallelSAPSpace(dSpaceID parent, int space_class = dSweepAndPruneSpaceClass);
+  // With settings().print_stats it prints the sums of its frames, unless others do.
+  explicit ParallelSAPSpace(dSpaceID parent, int space_class = dSweepAndPruneSpaceClass,
+                            bool prints_sums = true);
   ~ParallelSAPSpace();
 
   dxGeom* getGeom(int index) override;
@@ -65,16 +65,8 @@ class ParallelSAPSpace : public dxSpace {
     return silent_.forMeshes(slots_.geoms().data(), visit);
   }
 
-  // The program announces what ODE does not: that a geom, or with null any, may have other bits,
-  // another body or another enabled state. For a geom from many threads at once.
-  void notify(const dxGeom* geom) {
-    if (geom)
-      pipeline_.noteUnreported(Slots::slotOf(geom));
-    else
-      pipeline_.noteAllUnreported();
-  }
-
-  // Any geom of any space may be such a one.
+  // The program announces that any geom of any space may have other bits, another body or another
+  // enabled state, as it does of one space by Pipeline::notify().
   static void notifyAll();
 
   // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
@@ -85,29 +77,20 @@ class ParallelSAPSpace : public dxSpace {
 
   void setQueryFilter(const QueryFilter& filter) { query_filter_ = filter; }
 
-  // For its events and complaints.
   Pipeline& pipeline() { return pipeline_; }
+  const Pipeline& pipeline() const { return pipeline_; }
 
   // Whether a call of it runs, or was left by longjmp.
   bool isLocked() const { return calls_ > 0; }
-  // Not while the space is locked.
-  void observe(std::unique_ptr<SpaceObserver> observer);
-  SpaceObservers& observers() { return observers_; }
 
-  const Settings& settings() const { return settings_; }
-  Settings& changeSettings() { return settings_; }
+  Settings& settings() { return pipeline_.settings; }
   // Small scenes are timed from now on.
   dParallelSAPStats stats();
 
  protected:
-  // The sums of all frames, if settings().print_stats.
-  FrameSums totals() const { return pipeline_.statistics().sums(); }
-  void setLastStage(std::unique_ptr<LastStage> stage) { pipeline_.setLastStage(std::move(stage)); }
   // Where dxHashSpace has its levels, at the beginning: without assertions ODE's
   // dHashSpaceSetLevels writes there in any space.
   int hash_levels_[2] = {-3, 10};
-  // Others print the sums.
-  void printNoTotals();
 
  private:
   class Use;
@@ -121,13 +104,14 @@ class ParallelSAPSpace : public dxSpace {
   }
   void beginFrame(const Call& call);
   template <class Part, class Run>
-  static void with(Part* own, Run run);
+  static auto with(Part* own, Run run);
   // A guest makes nothing.
   inline GeomTree* treeOf(const Use& use);
   template <class Collide>
   void runFrame(Collide collide);
   template <class Lists, class Find>
-  std::size_t runBatch(std::size_t count, std::unique_ptr<Lists> Workspace::*own, Find find);
+  std::size_t runBatch(std::size_t count, std::unique_ptr<Lists> Workspace::*own, Find find,
+                       void (Statistics::*note)(std::size_t, double));
   void closeSlots();
   void noteMayBeSilent(Slot slot);
   void noteSwept();
@@ -147,9 +131,7 @@ class ParallelSAPSpace : public dxSpace {
   }
   static inline void updateOther(dxGeom* geom);
   void updateSweptBounds();
-  void updateSweptBoundsOf(dxGeom* geom);
   void cleanFew();
-  inline bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
   NestedTrees nestedTrees(std::size_t queries) const;
   void reportMany(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
@@ -157,11 +139,9 @@ class ParallelSAPSpace : public dxSpace {
   void noteChange(Slot slot);
   void noteMember();
   bool isReporting() const { return calls_ > 0 && lock_count == 0; }
-  void noteInStock(Slot slot);
   template <class Note>
   void noteAround(Note note);
   void requireOpen(const char* function, bool destroys = false) const;
-  void checkUser();
   void complainOfThreads();
   using Print = void (*)(const void* space, const char* text);
   void printTotals(Print print) const;
@@ -169,7 +149,6 @@ class ParallelSAPSpace : public dxSpace {
 
   std::atomic<std::thread::id> user_{std::thread::id()};  // the thread that is in the space
   std::atomic<bool> is_checked_{false};                   // its call has found the silent changes
-  Settings settings_;
   Slots slots_;
   dxGeom** tail_ = &first;
   std::atomic<bool> needs_clean_{false};
@@ -186,7 +165,6 @@ class ParallelSAPSpace : public dxSpace {
   std::size_t last_pairs_ = 0;  // of the last frame
   bool any_moved_ = false;      // since the last frame within no callback
   Workspace workspace_;
-  SpaceObservers observers_;
 };
 
 // The space that a geom, which may be null, is; null if it is none of ours.

@@ -98,7 +98,8 @@ void PrecomputedContacts::release() {
 
 void PrecomputedContacts::collide(Frame& frame, const PairList& pairs) {
   const int threads = frame.plan.most_threads;
-  listPairs(pairs, frame.call.geoms(), threads, list_);
+  list_.resizeDiscarding(pairs.size());
+  resolve(pairs, {0, pairs.size()}, frame.call.geoms(), threads, list_.data());
   kinds_.resizeDiscarding(list_.size());
   ContactRequest request = {this, 0, {}};
   request.flags_at = [](void* self, std::size_t place, const dParallelSAPPair& pair) {

@@ -49,22 +49,24 @@ Account& account() {
 
 class StandIn final : public ParallelSAPSpace {
  public:
-  StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
-    printNoTotals();  // one account for all of them
+  // One account for all of them prints the sums.
+  StandIn(dSpaceID parent, int space_class)
+      : ParallelSAPSpace(parent, space_class, /*prints_sums=*/false) {
     stock_first_ = nameFromEnvironment("ODE_PARALLEL_SAP_FIRST", {"added", "stock"}, 0) == 1 &&
                    (space_class == dSimpleSpaceClass || space_class == dHashSpaceClass);
     const int mode = nameFromEnvironment("ODE_PARALLEL_SAP_CONTACTS", {"auto", "off", "on"}, 0);
     if (mode != 1) {
       auto contacts = std::make_unique<PrecomputedContacts>(mode == 2);
       precomputed_ = contacts.get();
-      setLastStage(std::move(contacts));
+      pipeline().last_stage = std::move(contacts);
     }
-    changeSettings().rules.notified =
+    settings().rules.notified =
         nameFromEnvironment("ODE_PARALLEL_SAP_NOTIFIED", notified_modes, 1) != 0;
-    if (auto trace = Trace::fromEnvironment()) observe(std::move(trace));
+    SpaceObservers& observers = pipeline().observers;
+    if (auto trace = Trace::fromEnvironment()) observers.add(std::move(trace));
     if (!settings().print_stats) return;
-    observe(std::make_unique<Facts>());
-    facts_ = observers().find<Facts>();
+    observers.add(std::make_unique<Facts>());
+    facts_ = observers.find<Facts>();
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.insert(this);
   }
@@ -96,7 +98,7 @@ class StandIn final : public ParallelSAPSpace {
   }
 
   void addTo(Account& sums) const {
-    sums.frames.add(totals());
+    sums.frames.add(pipeline().statistics.sums());
     sums.facts.add(*facts_);
     if (precomputed_) sums.precomputed.add(precomputed_->counts());
   }
@@ -172,7 +174,8 @@ void noteChange(dxGeom* geom, dBodyID body) {
     for (dxGeom* own = dBodyGetFirstGeom(body); own; own = dBodyGetNextGeom(own))
       noteChange(own, nullptr);
   dxSpace* const space = geom ? geom->parent_space : nullptr;
-  if (space && typeid(*space) == typeid(StandIn)) static_cast<StandIn*>(space)->notify(geom);
+  if (space && typeid(*space) == typeid(StandIn))
+    static_cast<StandIn*>(space)->pipeline().notify(geom);
 }
 
 }  // namespace
