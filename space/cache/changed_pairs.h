@@ -44,11 +44,11 @@ void cutBoth(const PairList& pairs, std::size_t length, const Pair* other, const
 
 class ChangedPairs {
  public:
-  // Leaves in found(), ascending, the pairs of active `boxes` that one of the slots `changed` is
-  // in, that pass the filters and that the test keeps, if there is one. `set` has all of these, and
-  // none that is there but them. meet(slot, hits) leaves in `hits` the slots whose boxes overlap
-  // that of a slot, which may be among them, as may be some that are gone, and unless `all_active`
-  // some that are inactive. It is called on up to so many threads. Returns the number used.
+  // Leaves in found(), ascending, the pairs of active `boxes` that have a slot of `changed`, pass
+  // the filters and are kept by the test, if there is one. `set` has the same slots, and perhaps
+  // slots that are gone. meet(slot, hits) leaves in `hits` all slots whose boxes overlap that of a
+  // slot. It may add this slot, slots that are gone, and, unless `all_active`, inactive ones. Up to
+  // `threads` threads call it. Returns the number used.
   template <class Meet>
   int find(const BoxSet& boxes, bool all_active, const Buffer<Slot>& changed, const SlotSet& set,
            int threads, const PairTest* test, Meet meet) {

@@ -53,7 +53,7 @@ class PairCache {
   // Brings the boxes up to date with the changes, unless the frame is to be found anew.
   Update update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
                 GeomUpdate& geom_update, dParallelSAPStats& stats);
-  // A frame reports all candidates, or other pairs. Returns whether these are those of the last
+  // Notes whether the frame reports all candidates. Returns whether its pairs are those of the last
   // frame.
   bool noteReported(bool all, const Update& update) {
     return std::exchange(reported_all_, all) && all && update.isSame();

@@ -108,7 +108,8 @@ class PairEvents {
   // The place in the last frame of a pair of slots of now; pairs() if there is none.
   std::size_t placeOf(Slot a, Slot b) const;
 
-  // Pairs ascend, and the numbers of those that did not begin are those that did not end.
+  // Pairs ascend, each has a touch if these are kept, and the numbers of pairs that did not begin
+  // are those of pairs that did not end.
   void validate() const;
   // Gives back the events, and storage that the next frame can do without.
   void release();

@@ -164,7 +164,7 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
   }
   LargeLists& lists = *call.lists.large;
   const bool user_classes = stages_->geom_update.facts().user_classes;
-  const bool selects = user_classes || plan.rules.verified();
+  const bool selects = user_classes || plan.rules.verifiesPairs();
   if (selects) {
     frame.begin(&dParallelSAPStats::filter_ms);
     verifyPairs(call.geoms(), plan.rules, user_classes, plan.threads, lists.candidates,

@@ -27,7 +27,7 @@ struct LargeLists {
   PairList candidates;  // the pairs by boxes; kept for the next frame
   PairList selected;    // those of them that are reported, if not all are
   Buffer<dParallelSAPPair> contact_pairs;
-  Buffer<Pair> contact_slots;  // of these or the spaces that they are in, if any is in one
+  Buffer<Pair> contact_slots;  // of their geoms, or of the sub-spaces that these are in
   Buffer<std::size_t> contact_firsts;
   NarrowPhase narrow_phase;
   const void* limit = nullptr;  // of reportUnchanged()
@@ -65,7 +65,7 @@ struct Frame {
   Plan plan;  // changes only if memory ends
   dParallelSAPStats stats = {};
 
-  // The time from now on is that of a stage; null: of none.
+  // Ends the time of the running stage, and starts that of another; null: of none.
   void begin(double dParallelSAPStats::*stage) {
     const Clock::time_point now = Clock::now();
     if (stage_ms) stats.*stage_ms += milliseconds(last, now);

@@ -64,8 +64,8 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   return plan;
 }
 
-// A number that is set without leave for the processor is taken as it is. Where the processor may
-// be chosen, devices are chosen only once they are ready, so that no frame waits for them.
+// With CUDA set, a number of devices that is set is used as it is. With Auto, devices are chosen
+// only once they are ready, so that no frame waits for them.
 void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const {
   ExtractionPlan& extraction = plan.extraction;
   const bool processor = mayTakeProcessor(settings);

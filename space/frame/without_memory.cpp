@@ -217,9 +217,9 @@ __attribute__((noinline)) void findOnStack(const Buffer<dxGeom*>& geoms, Use use
 }
 
 // Both without AABBTest functions; the latter of geoms whose AABBs overlap.
-bool isPair(const PairRule& rule, dxGeom* a, dxGeom* b) {
+bool isHitOf(const dxGeom* geom, const dxGeom* own, const PackRules& rules) {
   const ScopedMode mode(exactMode());
-  return PairRule::takesPart(a) && rule.isPair(a, b);
+  return boxesOverlap(own, geom) && isHit(own, geom, rules);
 }
 bool mayPair(const PairRule& rule, dxGeom* a, dxGeom* b) {
   const ScopedMode mode(exactMode());
@@ -266,9 +266,6 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, Buffer<Pai
 
 void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,
                         dNearCallback* callback) {
-  PackRules of_queries;
-  of_queries.cull_planes = rules.cull_planes;
-  const PairRule rule(of_queries);
   const Reports::Open open(scene.reports);
   const Buffer<dxGeom*>& geoms = scene.slots;
   const std::size_t count = geoms.size();
@@ -276,7 +273,7 @@ void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom
       static_cast<std::size_t>(std::find(geoms.begin(), geoms.end(), geom) - geoms.begin());
   for (std::size_t slot = 0; slot < count && (probe == count || geoms[probe] == geom); ++slot)
     if (dxGeom* const own = geoms[slot])
-      if (isPair(rule, own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
+      if (isHitOf(geom, own, rules) && passesAABBTests(own, geom)) callback(data, own, geom);
 }
 
 }  // namespace ode_parallel_sap

@@ -43,7 +43,7 @@ enum : SlotState {
   unbounded_state = unbounded_bounds,
   coarse_state = coarse_bounds,
   no_box_state = 16,     // takes part in nothing
-  unwatched_state = 32,  // no geom, or one whose silent changes are announced or seen by pair
+  unwatched_state = 32,  // no geom; its silent changes are announced, or verifyPairs() sees them
   space_state = 64,
   user_class_state = 128
 };
@@ -239,7 +239,7 @@ class PlainPacker {
  public:
   // The states are to be usualState() already.
   PlainPacker(const PackRules& rules, BoxSet& boxes, SlotState* states)
-      : boxes_(rules.skip() || boxes.wide ? nullptr : boxes.boxes.data()),
+      : boxes_(rules.leavesOutResting() || boxes.wide ? nullptr : boxes.boxes.data()),
         bits_(boxes.bits.data()),
         wide_bits_(boxes.wide_bits.data()),
         bodies_(boxes.bodies.data()),

@@ -230,7 +230,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
   const std::size_t looks = all ? boxes_.size : watched_.count();
   if (looks == 0) return 1;
   const bool bodies = packer_.rules.skip_asleep, announced = packer_.rules.notified,
-             plain = !packer_.rules.skip();
+             plain = !packer_.rules.leavesOutResting();
   const std::size_t known = std::min(slots, boxes_.size);  // the last ones may be gone
   const auto geomsIn = [&](std::size_t word) {
     std::uint64_t bits = 0;

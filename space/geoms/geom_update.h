@@ -12,9 +12,9 @@
 
 namespace ode_parallel_sap {
 
-// Boxes that floats make clearly larger overlap others in vain only where they are close together.
-// Bodies that have fallen out of a scene, and the small ones of a scene of all sizes, are coarse,
-// but lie far apart.
+// Boxes that floats make clearly larger overlap others that their geoms do not, if they are close
+// together. Bodies that have fallen out of a scene, and the small ones of a scene of all sizes, are
+// coarse, too, but lie far apart.
 class CoarseBoxes {
  public:
   // Whether more than about `most` pairs of the `coarse` boxes overlap in floats alone, by a sample
@@ -48,16 +48,16 @@ class GeomUpdate {
   // `changed`, if that is not null.
   void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
 
-  // Brings all up to date and fills boxes(), with doubles where floats would be too coarse for the
-  // scene, and by which filters they are to be paired. If there is a reader, it gets floats of
-  // large scenes while others are packed. Returns the number of threads used.
+  // Brings all up to date and fills boxes(): with doubles if floats are too coarse for the scene.
+  // Sets which filters the boxes need. A reader, if any, gets the floats of a large scene while
+  // others are packed. Returns the number of threads used.
   int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
            BoxReader* reader = nullptr);
 
   // Whether repack() may follow what was packed last.
   bool canRepack() const { return facts_.exact_bits || boxes_.wide_bits.data(); }
   // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
-  // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
+  // enabled states. Reads the geoms that the rules make it watch, or `all`. Returns the number of
   // threads used.
   int notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all, SlotSet& changed);
   // The geoms that did so unannounced, those of `changed` apart, although the rules promise that.

@@ -25,7 +25,7 @@ Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
   constexpr std::ptrdiff_t ahead = prefetch_distance;
   const auto askFor = [&](const dxGeom* geom) {
     prefetch(&geom->gflags);
-    if (rules.skip()) prefetch(&geom->collide_bits);
+    if (rules.leavesOutResting()) prefetch(&geom->collide_bits);
   };
   for (const Pair* pair = begin; pair < end; ++pair) {
     if (end - pair > 2 * ahead) {
@@ -36,7 +36,7 @@ Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;
-    to += rule.isStillPair(a, b) && (!user_classes || passesAABBTests(a, b));
+    to += rule.passesSilentChanges(a, b) && (!user_classes || passesAABBTests(a, b));
   }
   return to;
 }

@@ -20,10 +20,10 @@ struct PackRules {
   bool checked = false;      // whether it does is looked at in every frame
   dReal tolerance = 0;       // how far apart boxes of a pair may be
 
-  // Whether pairs are left out by what geoms are, which may change unannounced.
-  bool skip() const { return skip_static || skip_asleep; }
-  // Whether every frame asks the geoms of all candidates for that.
-  bool verified() const { return skip() && !notified; }
+  // Whether pairs of geoms at rest are no pairs. ODE does not announce it when one comes to rest.
+  bool leavesOutResting() const { return skip_static || skip_asleep; }
+  // Whether verifyPairs() tests all candidates again, as silent changes are not announced.
+  bool verifiesPairs() const { return leavesOutResting() && !notified; }
 
   bool operator==(const PackRules& other) const {
     return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&
@@ -114,22 +114,21 @@ inline bool isHit(const dxGeom* own, const dxGeom* geom, const PackRules& rules)
          !(rules.cull_planes && areClearByPlane(own, geom));
 }
 
-// Both together.
+// ODE's rules and the user's, for two geoms.
 class PairRule {
  public:
   explicit PairRule(const PackRules& rules) : rules_(rules) {}
 
   static bool takesPart(const dxGeom* geom) { return isEnabled(geom) && !hasNaN(geom); }
 
-  // Whether it is a pair, of geoms that take part, the AABBTest functions apart. Needs exactMode().
-  bool isPair(dxGeom* a, dxGeom* b) const { return boxesOverlap(a, b) && mayPair(a, b); }
-  // The same of geoms whose AABBs overlap.
+  // Whether geoms that take part and whose AABBs overlap are a pair, the AABBTest functions apart.
+  // Needs exactMode().
   bool mayPair(dxGeom* a, dxGeom* b) const {
     return filtersMatch(a, b) && !isLeftOut(a, b) && !(rules_.cull_planes && areClearByPlane(a, b));
   }
-  // Whether a pair found earlier still is one: its geoms may be disabled or have other bits now.
-  bool isStillPair(const dxGeom* a, const dxGeom* b) const {
-    return isEnabled(a) && isEnabled(b) && (!rules_.skip() || filtersMatch(a, b));
+  // Whether the geoms of a candidate are still enabled and, if some may rest, match by their bits.
+  bool passesSilentChanges(const dxGeom* a, const dxGeom* b) const {
+    return isEnabled(a) && isEnabled(b) && (!rules_.leavesOutResting() || filtersMatch(a, b));
   }
   // Whether a pair found earlier would still be one if it did not rest, the AABBTest functions
   // apart. Needs exactMode().
@@ -138,11 +137,11 @@ class PairRule {
            boxesAreNear(a, b, rules_.tolerance) && !(rules_.cull_planes && areClearByPlane(a, b));
   }
   // Whether only ODE's filters have a say.
-  bool isODEs() const { return !rules_.skip() && !rules_.cull_planes; }
+  bool isODEs() const { return !rules_.leavesOutResting() && !rules_.cull_planes; }
 
   // Whether the user has a pair left out: both static, or no body awake and one asleep.
   bool isLeftOut(const dxGeom* a, const dxGeom* b) const {
-    if (!rules_.skip()) return false;
+    if (!rules_.leavesOutResting()) return false;
     const bool a_rests = isResting(a, rules_), b_rests = isResting(b, rules_);
     if (a_rests && b_rests) return true;
     return rules_.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));

@@ -153,7 +153,7 @@ class ParallelSAPSpace::Use {
   }
 };
 
-// One that calls back, and uses the workspace of its depth. A callback may leave it by longjmp,
+// A call that calls back, and uses the workspace of its depth. A callback may leave it by longjmp,
 // which runs no destructor: the lock stays counted, and the thread in the space. So a call owns
 // nothing, and the next call finds out whether that one has ended. A call at the same or a
 // shallower depth of the same stack proves it. A deeper call, or one on another stack of the
@@ -207,7 +207,7 @@ class ParallelSAPSpace::Call : public Use {
   bool nested_ = false;
 };
 
-// One whose successor is to know that it has ended, should it be left by longjmp. Calls that one
+// A call that the next one knows to have ended, should it be left by longjmp. Calls that one
 // function makes begin at depths that differ by less than the span.
 class ParallelSAPSpace::SpannedCall : public Call {
  public:
