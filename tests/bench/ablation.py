@@ -124,12 +124,13 @@ def cells(quick):
 
 
 def name_of(cell):
-    return " ".join([cell[0]] + ["%s=%s" % item for item in cell[1].items()])
+    name = " ".join([cell[0]] + ["%s=%s" % item for item in cell[1].items()])
+    return name.replace("sizes=", "n=").replace(" peers=" + OURS + ":", " ").replace(" peers=" + OURS, "")
 
 
 def time_of(options, library, cell, **environment):
-    """Milliseconds; none where the pairs were wrong or would take a minute. The least of all frames is what others on the machine disturb least; but
-    where frames differ all count."""
+    """Milliseconds; none where the pairs were wrong or would take a minute. The least of all frames is what others on the machine
+    disturb least; but where frames differ all count."""
     program, arguments = cell
     with tempfile.TemporaryDirectory() as directory:
         table = os.path.join(directory, "table.csv")
