@@ -206,7 +206,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
   CellTrees<float>& trees = sweep.trees();
   if (sweep.holds(fat_) && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
-    trees.numberPlaces(boxes.size, threads);
+    trees.numberPlaces(threads);
     for (const Slot slot : leaving_) trees.place(slot, fat_.boxes[slot]);
   } else {
     Buffer<std::uint64_t> workspace;

@@ -48,6 +48,7 @@ template <class Real>
 void CellTrees<Real>::build(const BoxSet& boxes, const CellOrder<Real>& order, int threads) {
   stray_boxes_.resizeDiscarding(0);
   strays_ = 0;
+  slots_ = boxes.size;
   places_.resizeDiscarding(0);
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
   layOut(order.classEnds(), filtered);
@@ -85,13 +86,13 @@ void CellTrees<Real>::build(const BoxSet& boxes, int threads) {
   Buffer<std::uint64_t> workspace;
   order.build(boxes, threads, workspace);
   build(boxes, order, threads);
-  numberPlaces(boxes.size, threads);
+  numberPlaces(threads);
 }
 
 template <class Real>
-void CellTrees<Real>::numberPlaces(std::size_t slots, int threads) {
+void CellTrees<Real>::numberPlaces(int threads) {
   if (places_.size() > 0) return;
-  places_.growTo(slots, nowhere);
+  places_.growTo(slots_, nowhere);
   runTeam(numbering, teamFor(cells(), grains::cells, threads), [&](int thread, int team) {
     const Range own = ownPart(cells(), thread, team);
     for (std::size_t cell = own.begin; cell < own.end; ++cell)

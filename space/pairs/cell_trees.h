@@ -38,8 +38,8 @@ class CellTrees {
   void build(const BoxSet& boxes, const CellOrder<Real>& order, int threads);
   // The same of all active ones, which may move from then on.
   void build(const BoxSet& boxes, int threads);
-  // Lets the boxes of so many slots move, if they may not yet.
-  void numberPlaces(std::size_t slots, int threads);
+  // Lets the boxes move, if they may not yet.
+  void numberPlaces(int threads);
   // The slot's box from now on, whether it had one or not; an inactive one takes it out. Needs
   // exactMode().
   void place(Slot slot, const BasicBox<Real>& box);
@@ -77,7 +77,7 @@ class CellTrees {
   // Rows of sixteen strays that each query goes through.
   std::size_t strayRows() const { return stray_boxes_.size(); }
   // A node's bounds hold those of all below it, each active box has one place, and all other places
-  // are empty.
+  // are empty but for those of slots that are gone.
   void validate(const BoxSet& boxes) const;
   std::size_t bytes() const { return bytesOf(groups_, filters_, views_, places_, stray_boxes_); }
 
@@ -100,6 +100,7 @@ class CellTrees {
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
   Buffer<GroupFilter> filters_;
   std::vector<TreeView<Real>> views_;
+  std::size_t slots_ = 0;         // when the trees were built
   Buffer<std::uint32_t> places_;  // by slot; empty until boxes may move
   Buffer<Group<Real>> stray_boxes_;
   std::size_t strays_ = 0;

@@ -7,7 +7,7 @@ template <class Real>
 void CellTrees<Real>::validate(const BoxSet& boxes) const {
   constexpr char invariant[] =
       "a node's bounds hold those of all below it, each active box has one place, and all other "
-      "places are empty";
+      "places are empty but for those of slots that are gone";
   for (const TreeView<Real>& view : views_)
     for (int depth = 1; depth < view.depth; ++depth)
       for (std::size_t child = 0; child < view.groups[depth - 1]; ++child) {
@@ -28,9 +28,10 @@ void CellTrees<Real>::validate(const BoxSet& boxes) const {
     const Group<Real>& row = group < cells() ? of_cells[group] : stray_boxes_[group - cells()];
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
       const Slot slot = row.slot[lane];
-      if (isEmpty(row, lane) || slot >= boxes.size) continue;
-      const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
+      if (isEmpty(row, lane)) continue;
       mustHold(places_.size() == 0 || placeOf(slot) == group * group_size + lane, invariant);
+      if (slot >= boxes.size) continue;
+      const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
       for (int axis = 0; axis < 3; ++axis)
         mustHold(
             row.lower[axis][lane] == box.lower[axis] && row.upper[axis][lane] == box.upper[axis],
