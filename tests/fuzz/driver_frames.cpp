@@ -74,6 +74,22 @@ void Driver::trembleAll(int space, double share, double leaving, Random& random)
   }
 }
 
+// Others come after the last geoms, or these go.
+void Driver::changeLast(int space, Random& random) {
+  const std::vector<int> members = objects_[space].members;
+  const std::size_t count = std::min<std::size_t>(1 + random.below(3), members.size());
+  const bool come = random.chance(0.5);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!come) {
+      destroyLeaf(members[members.size() - 1 - i], 0, random);
+      continue;
+    }
+    const int leaf = createLeaf(kBox, random);
+    place(leaf, 0, random);
+    add(leaf, space);
+  }
+}
+
 // By numbers that change when a geom leaves a space of ours.
 Pairs Driver::pairsByStay(const Pairs& got) const {
   Pairs pairs;
@@ -163,6 +179,7 @@ void Driver::collideFrames() {
   for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
     if (motion == kDrift) driftAll(space, distance);
     if (motion == kTremble) trembleAll(space, distance, moving, random);
+    if (motion == kTremble && random.chance(0.2)) changeLast(space, random);
     if (motion == kStep) stepBodies(moving, 9, random);
     for (const int member : objects_[space].members)
       if (motion <= kSomeByLittle && random.chance(moving)) place(member, motion * 2, random);
