@@ -232,7 +232,7 @@ TEST_CASE("A replay has the pairs of every frame of the program, in their order"
   const Folder folder;
   std::size_t all = 0;
   for (const std::size_t geoms : {60, 400})
-    for (int run = 0; run < scaled(geoms == 60 ? 20 : 6); ++run)
+    for (int run = 0; run < scaled(geoms == 60 ? 30 : 9); ++run)
       for (const int every : {1, 3}) {
         const std::uint64_t seed = seedOr(geoms, run);
         INFO("geoms " << geoms << ", every " << every << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
