@@ -156,6 +156,7 @@ class Driver {
   std::vector<dGeomID> membersOf(int space) const;
   void compareTwo(int first, int second);
   void compareTwo(int first, int second, const Pairs& got);
+  bool isSwept(int object) const;  // a space, or one in it
   bool boxesAreWhole(int space) const;
   void checkList(int space);
   Pairs soundOf(const Pairs& pairs) const;
