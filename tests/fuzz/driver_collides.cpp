@@ -104,13 +104,14 @@ bool Driver::isSwept(int object) const {
 }
 
 // The boxes of a space and its sub-spaces hold what is in them, whatever changed without a word,
-// but for the motion of swept spaces in stock ones. Sub-spaces of ours find nothing left to bring
-// up to date; not always, so that some stay as they are.
+// but for swept spaces in stock ones, which may not cover their motion. Sub-spaces of ours find
+// nothing left to bring up to date; not always, so that some stay as they are.
 bool Driver::boxesAreWhole(int space) const {
   const Bounds box = boundsOf(objects_[space].geom);
   for (const int member : objects_[space].members) {
+    if (!objects_[space].ours && isSwept(member)) continue;
     const Bounds bounds = boundsOf(objects_[member].geom);
-    for (std::size_t i = 0; i < 6 && (objects_[space].ours || !isSwept(member)); i += 2)
+    for (std::size_t i = 0; i < 6; i += 2)
       if (bounds[i] < box[i] || bounds[i + 1] > box[i + 1]) return false;
     if (objects_[member].kind != kSpace) continue;
     if (objects_[space].ours && objects_[member].ours && collides_ % 2) {
