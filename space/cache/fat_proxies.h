@@ -30,8 +30,9 @@ class FatProxies {
 
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
-  // Each box lies in its fat box, with its filters, and candidates are all pairs of fat boxes.
-  void validate(const BoxSet& boxes, Sweep<float>& sweep) const;
+  // Each box lies in its fat box, with its filters, and candidates are all pairs of fat boxes. Also
+  // validates the sweep's trees, if these are of the fat boxes.
+  void validate(const BoxSet& boxes, const Sweep<float>& sweep) const;
   std::size_t bytes() const {
     return bytesOf(fat_, candidates_, left_, leaving_, changed_pairs_, sample_);
   }

@@ -11,7 +11,7 @@
 
 namespace ode_parallel_sap {
 
-void FatProxies::validate(const BoxSet& boxes, Sweep<float>& sweep) const {
+void FatProxies::validate(const BoxSet& boxes, const Sweep<float>& sweep) const {
   constexpr char invariant[] =
       "each box lies in its fat box, with its filters, and candidates are all pairs of fat boxes";
   const ScopedMode mode(exactMode());

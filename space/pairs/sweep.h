@@ -36,6 +36,7 @@ class Sweep : public PairFinder {
   bool holds(const BoxSet& boxes) const { return packed_ == &boxes; }
   // Their trees, in which boxes may be placed until the next one. Small boxes come first.
   CellTrees<Real>& trees() { return trees_; }
+  const CellTrees<Real>& trees() const { return trees_; }
 
  private:
   bool mayReuseCells(const BoxSet& boxes, int threads);

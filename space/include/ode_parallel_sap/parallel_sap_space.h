@@ -290,8 +290,8 @@ enum {
  *
  * Ownership: the space keeps trees over its geoms while rays come, if memory allows.
  * Threads: as in dParallelSAPSpaceCollideContacts. Overridden colliders of rays with spheres,
- * boxes, capsules and cylinders may run on any thread. Hits of theirs may be left out if the ray
- * misses the geom's AABB.
+ * boxes, capsules and cylinders may run on any thread. Their hits may be left out if the ray misses
+ * the geom's AABB.
  * Order: of hits at one distance, the one with the geom added earlier counts. Geoms of a sub-space
  * have its place. Among each other they have the order of dSpaceGetGeom, but in a
  * dSweepAndPruneSpace or dQuadTreeSpace the one added last comes first. */
