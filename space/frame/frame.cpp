@@ -301,7 +301,8 @@ void Pipeline::turnEvents(int kinds) {
 }
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) {
-  return {call.slots(), stages_->geom_update.boxes().wide, call.scene.nested,
+  return {call.slots(), call.lists.large ? call.lists.large->candidates.size() : 0,
+          stages_->geom_update.boxes().wide, call.scene.nested,
           stages_->extraction.devices.devices()};
 }
 

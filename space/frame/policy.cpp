@@ -49,11 +49,13 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
                    (is_auto || settings.method == dParallelSAPMethodSweep);
   ExtractionPlan& extraction = plan.extraction;
   extraction.method = settings.method;
-  if (is_auto)
-    extraction.method =
-        settings.backend == dParallelSAPBackendCUDA || facts.slots > brute_force_slots
-            ? dParallelSAPMethodSweep
-            : dParallelSAPMethodBruteForce;
+  if (is_auto) {
+    const bool crowded = facts.last_pairs > facts.slots * facts.slots / crowded_share;
+    const std::size_t most = crowded ? crowded_slots : brute_force_slots;
+    extraction.method = settings.backend == dParallelSAPBackendCUDA || facts.slots > most
+                            ? dParallelSAPMethodSweep
+                            : dParallelSAPMethodBruteForce;
+  }
   extraction.threads = plan.threads;
   // Times must not decide which extra pairs a tolerance lets through.
   const bool only_cpu = mayTakeProcessor(settings) && settings.rules.tolerance > 0;

@@ -35,8 +35,9 @@ inline int threadsFor(const Settings& settings) {
 // What is known when a frame begins.
 struct SceneFacts {
   std::size_t slots;
-  bool last_wide;  // its boxes were doubles
-  bool nested;     // within a callback of this space
+  std::size_t last_pairs;  // of the last frame's boxes
+  bool last_wide;          // they were doubles
+  bool nested;             // within a callback of this space
   DeviceBackend::Devices devices;
 };
 

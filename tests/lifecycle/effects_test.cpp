@@ -296,6 +296,29 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("Auto is brute force for up to 500 geoms while all of them are in one place",
+          "[effects]") {
+  for (const std::size_t n : {220, 500, 520}) {
+    const Space space;
+    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+    World world(space);
+    world.addBoxes(onePlace(n, 6));
+    const auto methodAt = [&](double x, double distance) {
+      for (std::size_t i = 0; i < n; ++i)
+        dGeomSetPosition(world.geoms()[i], x + distance * static_cast<double>(i), 0, 0);
+      (void)collide(space);
+      return statsOf(space).method;
+    };
+    INFO(n << " geoms");
+    const int crowded = n > 500 ? dParallelSAPMethodSweep : dParallelSAPMethodBruteForce;
+    CHECK(methodAt(1, 0) == dParallelSAPMethodSweep);  // which finds out
+    CHECK(methodAt(2, 0) == crowded);
+    CHECK(methodAt(3, 0) == crowded);
+    CHECK(methodAt(4, 2) == crowded);
+    CHECK(methodAt(5, 2) == dParallelSAPMethodSweep);
+  }
+}
+
 TEST_CASE("A number of threads that is not set is OpenMP's", "[effects]") {
   const char* const threads = std::getenv("OMP_NUM_THREADS");  // CTest runs this with 1 and with 2
   if (!threads) return;
