@@ -1,6 +1,6 @@
 #include "space/cache/pair_cache.h"
 
-#include <algorithm>
+#include <utility>
 
 #include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"
@@ -9,65 +9,71 @@
 
 namespace ode_parallel_sap {
 
-void PairCache::start(std::size_t slots) {
-  changed_.growTo(slots);
-  changed_.clear();
-  running_ = true;
-  all_may_have_changed_ = false;
-}
-
 // Small scenes are found anew faster than changes in a tree.
 bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
   const bool by_tree = mechanisms::incremental_trees && slots > small_scene_slots;
   return changes * changed_share > slots || (changes > 0 && !by_tree);
 }
 
-PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
-                                    int threads, GeomUpdate& geom_update,
-                                    dParallelSAPStats& stats) {
-  Update update;
-  if (!std::exchange(complete_, false)) running_ = false;
-  const bool same_rules = rules == rules_;
+PairCache::Kept PairCache::begin(bool may_keep, const GeomTree::Geoms& geoms,
+                                 const PackRules& rules, int threads, SharedPart<GeomTree>& tree,
+                                 GeomUpdate& geom_update, dParallelSAPStats& stats) {
+  Kept kept;
+  kept.all_reported = state_ == reported;
+  const bool is_known = may_keep && state_ >= complete && rules == rules_;
   rules_ = rules;
-  if (!running_ || !same_rules || !geom_update.canRepack()) return update;
-  if (tooMany(changed_.count(), slots)) return update;
-  changed_.growTo(slots);
-  bool all = std::exchange(all_may_have_changed_, false);
-  if (rules.notified && rules.checked && !all) {
-    update.unannounced = geom_update.findUnannounced(geoms, changed_);
-    all = update.unannounced.count > 0;
-  }
-  stats.find_threads = geom_update.notice(geoms, slots, threads, all, changed_);
-  // Slots of removed geoms count as well: they have no box any more, but pairs to be dropped.
-  update.changes = changed_.count();
-  if (tooMany(update.changes, slots)) return update;
-  update.kept = geom_update.repack(geoms, slots, threads, changed_);
-  if (!update.kept) stats.moved += geom_update.facts().moved;
-  return update;
+  state_ = unfinished;
+  kept.any = is_known && keep(geoms, threads, tree, geom_update, stats, kept);
+  if (!kept.any) state_ = off;
+  return kept;
 }
 
-bool PairCache::renew(const GeomTree::Geoms& geoms, const Update& update,
-                      const GeomUpdate& geom_update, int threads, SharedPart<GeomTree>& part,
-                      PairList& pairs, dParallelSAPStats& stats) {
-  if (update.changes == 0) {
-    stats.kept = pairs.size();
-    return true;
+void PairCache::start(std::size_t slots) {
+  changed_.growTo(slots);
+  changed_.clear();
+  all_may_have_changed_ = false;
+  state_ = unfinished;
+}
+
+// False where that is not worth it, where other boxes are needed, or where others read the tree.
+bool PairCache::keep(const GeomTree::Geoms& geoms, int threads, SharedPart<GeomTree>& tree,
+                     GeomUpdate& geom_update, dParallelSAPStats& stats, Kept& kept) {
+  const std::size_t slots = geoms.size();
+  if (!geom_update.canRepack() || tooMany(changed_.count(), slots)) return false;
+  changed_.growTo(slots);
+  bool all = std::exchange(all_may_have_changed_, false);
+  if (rules_.notified && rules_.checked && !all) {
+    kept.unannounced = geom_update.findUnannounced(geoms.data(), changed_);
+    all = kept.unannounced.count > 0;
   }
-  const BoxSet& boxes = geom_update.boxes();
-  const Buffer<Slot>& changed = geom_update.repacked();
-  const UpdateFacts& facts = geom_update.facts();
+  stats.find_threads = geom_update.notice(geoms.data(), slots, threads, all, changed_);
+  // Slots of removed geoms count as well: they have no box any more, but pairs to be dropped.
+  kept.changes = changed_.count();
+  if (tooMany(kept.changes, slots)) return false;
+  const bool repacked = geom_update.repack(geoms.data(), slots, threads, changed_);
+  stats.moved += geom_update.facts().moved;
+  if (!repacked || kept.changes == 0) return repacked;
+  kept.tree = tree.made();
+  return kept.tree && kept.tree->bringUpToDate(geoms, threads, geom_update.repacked().size(),
+                                               /*must=*/true);
+}
+
+int PairCache::renew(const Kept& kept, const GeomTree::Geoms& geoms, const GeomUpdate& geom_update,
+                     int threads, PairList& pairs, dParallelSAPStats& stats) {
+  if (kept.changes == 0) {
+    stats.kept = pairs.size();
+    return 1;
+  }
   const ScopedMode mode(exactMode());
-  GeomTree* const tree = part.made();
-  if (!tree || !tree->bringUpToDate(geoms, threads, changed.size(), /*must=*/true)) return false;
   const PairFilter filter(geoms.data(), geom_update, rules_);
   const int used = changed_pairs_.find(
-      boxes, facts.disabled == 0, changed, changed_, threads, &filter,
-      [&](Slot slot, Buffer<Slot>& hits) { tree->find(geoms, geoms[slot], hits); });
-  stats.find_threads = std::max(stats.find_threads, used);
+      geom_update.boxes(), geom_update.facts().disabled == 0, geom_update.repacked(), changed_,
+      threads, &filter,
+      [&](Slot slot, Buffer<Slot>& hits) { kept.tree->find(geoms, geoms[slot], hits); });
   stats.candidates = changed_pairs_.found().size();
   stats.kept = changed_pairs_.replace(changed_, threads, pairs);
   changed_.clear();
-  return true;
+  return used;
 }
 
 }  // namespace ode_parallel_sap

@@ -4,7 +4,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstddef>
-#include <utility>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
@@ -16,52 +15,50 @@
 namespace ode_parallel_sap {
 
 // If at most one geom in changed_share changed, pairs of the others stay, and those of changed
-// geoms are found in a tree and merged in.
+// geoms are found in a tree and merged in. A frame that does not reach end() leaves nothing to
+// keep: an exception or a longjmp may have left boxes and pairs in any state.
 class PairCache {
  public:
   // The geom of a slot is new, gone or has moved.
   void note(Slot slot) {
-    if (!running_) return;
+    if (state_ == off) return;
     changed_.growTo(slot + std::size_t{1});
     changed_.insert(slot);
   }
   // Its geom has other bits, another body, or is enabled or disabled. From many threads at once.
   void noteShared(Slot slot) {
-    if (!running_) return;
-    changed_.insertShared(slot);
+    if (state_ != off) changed_.insertShared(slot);
   }
   // Any of the geoms may be such a one.
   void noteAll() { all_may_have_changed_ = true; }
   // The slots that changed since the last frame; null where that is not known.
-  const SlotSet* changed() const { return complete_ && running_ ? &changed_ : nullptr; }
+  const SlotSet* changed() const { return state_ >= complete ? &changed_ : nullptr; }
 
-  // The frame came to its report. One that throws leaves boxes and pairs as they are: then the next
-  // one keeps nothing.
-  void endFrame() { complete_ = true; }
-  // The boxes and pairs of a frame that was found anew are complete. From stop() on no change
-  // counted.
-  void start(std::size_t slots);
-  void stop() { running_ = false; }
-
-  struct Update {
-    bool kept = false;                    // boxes and pairs of the last frame serve
-    std::size_t changes = 0;              // slots, if so
+  // What a frame keeps of the last one.
+  struct Kept {
+    bool any = false;           // its boxes, which are up to date, and its pairs, for renew()
+    bool all_reported = false;  // that frame reported all its pairs
+    std::size_t changes = 0;    // slots
+    GeomTree* tree = nullptr;   // up to date, if there are changes
     GeomUpdate::Unannounced unannounced;  // changes against dParallelSAPSpaceSetNotified's promise
 
-    bool isSame() const { return kept && changes == 0; }
+    bool isSame() const { return any && changes == 0; }
   };
-  // Brings the boxes up to date with the changes, unless the frame is to be found anew.
-  Update update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
-                GeomUpdate& geom_update, dParallelSAPStats& stats);
-  // Notes whether the frame reports all candidates. Returns whether its pairs are those of the last
-  // frame.
-  bool noteReported(bool all, const Update& update) {
-    return std::exchange(reported_all_, all) && all && update.isSame();
+  // A frame begins. Decides what it keeps, and brings that up to date but for the pairs.
+  Kept begin(bool may_keep, const GeomTree::Geoms& geoms, const PackRules& rules, int threads,
+             SharedPart<GeomTree>& tree, GeomUpdate& geom_update, dParallelSAPStats& stats);
+  // The boxes of all geoms are up to date, and the next frame may keep them. Changes count from now
+  // on.
+  void start(std::size_t slots);
+  // Makes `pairs` of the last frame those of this one. Returns the number of threads used.
+  int renew(const Kept& kept, const GeomTree::Geoms& geoms, const GeomUpdate& geom_update,
+            int threads, PairList& pairs, dParallelSAPStats& stats);
+  // The frame comes to its report, of all pairs or of others.
+  void end(bool reports_all) {
+    if (state_ != off) state_ = reports_all ? reported : complete;
   }
-  // After an update() that kept: makes `pairs` those of this frame. False where others read the
-  // tree, or there is none: the frame is to be found anew.
-  bool renew(const GeomTree::Geoms& geoms, const Update& update, const GeomUpdate& geom_update,
-             int threads, SharedPart<GeomTree>& part, PairList& pairs, dParallelSAPStats& stats);
+  // Nothing is kept, and no change noted, until the next start().
+  void stop() { state_ = off; }
 
   // Pairs are all that overlap and pass the filter, more with a tolerance, and no change is left.
   void validate(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
@@ -70,13 +67,20 @@ class PairCache {
 
  private:
   bool tooMany(std::size_t changes, std::size_t slots) const;
+  bool keep(const GeomTree::Geoms& geoms, int threads, SharedPart<GeomTree>& tree,
+            GeomUpdate& geom_update, dParallelSAPStats& stats, Kept& kept);
 
+  enum State {
+    off,         // nothing is known, and changes are not noted
+    unfinished,  // a frame runs, or did not reach its end
+    complete,    // the last frame's boxes and pairs are known
+    reported     // likewise, and it reported all these pairs
+  };
+
+  State state_ = off;
   SlotSet changed_;
   bool all_may_have_changed_ = false;
-  bool complete_ = false;      // the last frame came to its report
-  bool running_ = false;       // its boxes and pairs are known
-  bool reported_all_ = false;  // of the candidates, in the last frame
-  PackRules rules_;            // of the last update()
+  PackRules rules_;  // of the last frame
   ChangedPairs changed_pairs_;
 };
 

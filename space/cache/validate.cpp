@@ -40,7 +40,7 @@ void PairCache::validate(dxGeom* const* geoms, const GeomUpdate& update, const P
   const BoxSet& boxes = update.boxes();
   const PairFilter filter(geoms, update, rules);
   pairs.validate(boxes.size);
-  mustHold(!running_ || changed_.count() == 0, invariant);
+  mustHold(state_ == off || changed_.count() == 0, invariant);
   const auto isPair = [&](Slot a, Slot b) {
     if (!(boxes.wide ? overlap(boxes.wide_boxes[a], boxes.wide_boxes[b])
                      : overlap(boxes.boxes[a], boxes.boxes[b])) ||

@@ -75,7 +75,6 @@ struct Found {
   int method = 0;                        // that ran
   int devices = 0;                       // that found the pairs
   int threads = 1;                       // used, of those of the CPU
-  std::size_t pairs = 0;                 // that were found
   std::optional<ListsTooLong> too_long;  // why it is not the method AxisLists
 };
 

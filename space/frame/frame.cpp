@@ -20,6 +20,202 @@ bool hasRoom(FrameLists& lists, std::size_t pairs) try {
 
 }  // namespace
 
+std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
+  beginFrame(call, /*contacts=*/false);
+  const PairReceiver receiver = {data, callback, nullptr, true};
+  if (isSmall(call))
+    return statistics.endFrame(collideSmall(call, receiver, /*shows_pairs=*/true).pairs);
+  Frame frame = {call, decide(call)};
+  if (const PairList* const pairs = findPairs(frame, receiver)) {
+    showPairs(call, *pairs);
+    report(frame, *pairs, data, callback);
+  }
+  return endFrame(frame);
+}
+
+// The stages up to the report. Throws std::bad_alloc.
+const PairList& Pipeline::tryFindPairs(Frame& frame) {
+  const FrameCall& call = frame.call;
+  const Plan& plan = frame.plan;
+  dParallelSAPStats& stats = frame.stats;
+  stats.geoms = call.scene.count;
+  stats.backend = dParallelSAPBackendCPU;
+  call.lists.small.changes = 0;  // its pairs are those of the last frame no more
+  if (!stages_ || !made(call.lists.large)) throw std::bad_alloc();
+  auto& [policy, update, extraction, cache, fat] = *stages_;
+  const BoxSet& boxes = update.boxes();
+  PairList& candidates = call.lists.large->candidates;
+
+  frame.begin(&dParallelSAPStats::update_ms);
+  const PairCache::Kept kept = cache.begin(plan.use_cache, call.scene.slots, plan.rules,
+                                           plan.threads, call.tree, update, stats);
+  if (!kept.any) {
+    stats.find_threads = update.pack(call.geoms(), call.slots(), plan.rules, plan.threads,
+                                     extraction.devices.reader(plan.extraction));
+    stats.moved += update.facts().moved;
+    if (plan.use_cache) cache.start(call.slots());
+  }
+  noteUpdate(frame, kept);
+
+  // Where nothing changed the stage is shorter than reading the clock.
+  if (!kept.isSame()) frame.begin(&dParallelSAPStats::extract_ms);
+  const PairFilter filter(call.geoms(), update, plan.rules);
+  Found found;
+  found.method = dParallelSAPMethodSweep;
+  if (kept.any) {
+    found.threads = cache.renew(kept, call.scene.slots, update, plan.threads, candidates, stats);
+    fat.noteUnused();
+  } else if (plan.fat_pairs && !boxes.wide &&
+             fat.prepare(boxes, static_cast<double>(update.tolerance()), plan.threads)) {
+    found.threads = fat.find(boxes, plan.threads, extraction.sweep, filter, candidates);
+    stats.candidates_kept = fat.kept();
+    if constexpr (validates) fat.validate(boxes, extraction.sweep);
+  } else {
+    fat.noteUnused();
+    found = extraction.find(boxes, plan.extraction, filter, candidates);
+  }
+  noteFound(frame, found, kept.any);
+
+  // Memory does not end after this one.
+  const PairList& pairs = select(frame);
+  updateEvents(frame, pairs, kept.isSame() && kept.all_reported && &pairs == &candidates);
+  frame.begin(nullptr);
+  stats.pairs = pairs.size();
+  cache.end(/*reports_all=*/&pairs == &candidates);
+  statistics.note(stats);
+  if constexpr (validates) {
+    update.validate(call.geoms());
+    cache.validate(call.geoms(), update, plan.rules, candidates);
+  }
+  return pairs;
+}
+
+// Counts the geoms, whose boxes are up to date.
+void Pipeline::noteUpdate(Frame& frame, const PairCache::Kept& kept) {
+  frame.call.scene.noteClean();
+  dxGeom* const* const geoms = frame.call.geoms();
+  if (kept.unannounced.count)
+    complaints.ofUnannounced(geoms[kept.unannounced.first], kept.unannounced.count);
+  const UpdateFacts& facts = stages_->geom_update.facts();
+  for (const Slot slot : facts.newly_invalid) complaints.ofInvalid(geoms[slot]);
+  frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
+  frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
+  frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
+}
+
+// The candidates were found, or `kept` and made those of this frame.
+void Pipeline::noteFound(Frame& frame, const Found& found, bool kept) {
+  dParallelSAPStats& stats = frame.stats;
+  if (found.too_long) complaints.ofTooLong(*found.too_long);
+  stats.method = found.method;
+  stats.devices = found.devices;
+  if (found.devices > 0) stats.backend = dParallelSAPBackendCUDA;
+  stats.find_threads = std::max(stats.find_threads, found.threads);
+  if (!kept) stats.candidates = frame.call.lists.large->candidates.size();
+  if (!frame.plan.weighs_devices) return;
+  frame.begin(nullptr);  // the choice of devices learns from what this took
+  DeviceBackend& devices = stages_->extraction.devices;
+  devices.reportLeftOut();
+  const int wanted =
+      stages_->policy.learn(frame.plan, factsOf(frame.call), settings, kept ? nullptr : &stats);
+  if (wanted > 0) devices.prepare(wanted);
+}
+
+// Those of the candidates that are reported.
+const PairList& Pipeline::select(Frame& frame) {
+  LargeLists& lists = *frame.call.lists.large;
+  const bool user_classes = stages_->geom_update.facts().user_classes;
+  if (!user_classes && !frame.plan.rules.verifiesPairs()) return lists.candidates;
+  frame.begin(&dParallelSAPStats::filter_ms);
+  verifyPairs(frame.call.geoms(), frame.plan.rules, user_classes, frame.plan.threads,
+              lists.candidates, lists.selected);
+  return lists.selected;
+}
+
+// The pairs of a frame within a callback are no events. `are_same`: all are those of the last
+// frame.
+void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) {
+  if (!events_ || frame.call.scene.nested) return;
+  if (are_same && events_->updateSame()) return;
+  frame.begin(&dParallelSAPStats::events_ms);
+  if (!events_->update(pairs, frame.call.scene.slots, frame.plan.rules, frame.plan.threads))
+    complaints.ofUnreportedEvents();
+}
+
+// Shows the pairs to who watches, before the program gets them.
+void Pipeline::showPairs(const FrameCall& call, const PairList& pairs) {
+  if (call.scene.nested || !observers.isDue()) return;
+  for (const PairList::Run& run : pairs.runs)
+    for (const Pair pair : run)
+      observers.see(call.geoms()[earlierOf(pair)], call.geoms()[laterOf(pair)]);
+  observers.endPairs();
+}
+
+// The last stage may collide a part of the pairs first, as if it were all.
+void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
+  const bool by_last_stage = last_stage && !frame.call.scene.nested;
+  if (by_last_stage) frame.begin(&dParallelSAPStats::narrow_ms);
+  const bool prepared = by_last_stage && last_stage->prepare(frame, pairs);
+  frame.begin(&dParallelSAPStats::report_ms);
+  if (prepared) {
+    statistics.note(frame.stats);  // should the callback throw, or collide again
+    return last_stage->report(frame, pairs, data, callback);
+  }
+  const Reports::Open open(frame.call.scene.reports);
+  LargeLists& lists = *frame.call.lists.large;
+  if (isWorthResolving(frame.call.scene, frame.plan.threads) &&
+      hasRoom(frame.call.lists, resolved_pairs))
+    return reportResolved(pairs, frame.call.scene, frame.plan.threads, lists.contact_pairs.data(),
+                          lists.limit, data, callback);
+  reportPairs(pairs, frame.call.scene, lists.limit,
+              [=](Pair, std::size_t, dxGeom* a, dxGeom* b) { callback(data, a, b); });
+}
+
+// Where memory ends, the stages begin anew on one thread, with all of it
+// that was held. Null where it ends again, and `receiver` has got pairs as they were found.
+const PairList* Pipeline::findPairs(Frame& frame, const PairReceiver& receiver) {
+  for (const bool last : {false, true}) try {
+      return &tryFindPairs(frame);
+    } catch (const std::bad_alloc&) {
+      giveBack(frame.call);
+      Plan& plan = frame.plan = decide(frame.call);
+      plan.threads = plan.extraction.threads = 1;
+      plan.extraction.devices = 0;
+      plan.fat_pairs = plan.weighs_devices = false;
+      const std::size_t moved = frame.stats.moved;
+      frame.stats = {};
+      frame.stats.moved = moved;
+      if (last && events_ && !frame.call.scene.nested) events_->updateUnknown();
+    }
+  reportWithoutMemory(frame, receiver);
+  return nullptr;
+}
+
+// What a frame that finds all pairs fills again; what the frames around it use stays.
+void Pipeline::giveBack(const FrameCall& call) {
+  if (call.lists.large) *call.lists.large = LargeLists();
+  if (!stages_) return;
+  stages_->geom_update = GeomUpdate();
+  stages_->extraction.release();
+  stages_->cache = PairCache();
+  stages_->fat = FatProxies();
+  GeomTree* const tree = call.tree.get();
+  if (tree && !call.scene.nested) tree->release();
+}
+
+// The last resort: finds and reports at once.
+void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
+  frame.begin(&dParallelSAPStats::report_ms);
+  complaints.ofNoMemory();
+  const std::size_t moved = frame.stats.moved;
+  frame.stats = updateWithoutMemory(frame.call.scene);
+  frame.stats.moved += moved;
+  statistics.note(frame.stats);
+  LargeLists* const lists = frame.call.lists.large.get();
+  collideWithoutMemory(frame.call.scene, frame.plan.rules, lists ? &lists->last_resort : nullptr,
+                       frame.stats, receiver);
+}
+
 void Pipeline::beginFrame(const FrameCall& call, bool contacts) {
   statistics.beginFrame();
   if (touches_ && !call.scene.nested) touches_->beginFrame(*events_, contacts);
@@ -44,17 +240,10 @@ inline bool Pipeline::isSmall(const FrameCall& call) const {
   return Policy::isSmall(call.slots(), settings) && call.lists.small.makeRoom(call.scene.count);
 }
 
-std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
-  beginFrame(call, /*contacts=*/false);
-  const PairReceiver receiver = {data, callback, nullptr, true};
-  if (isSmall(call))
-    return statistics.endFrame(collideSmall(call, receiver, /*shows_pairs=*/true).pairs);
-  Frame frame = {call, decide(call)};
-  if (const PairList* const pairs = findPairs(frame, receiver)) {
-    showPairs(call, *pairs);
-    report(frame, *pairs, data, callback);
-  }
-  return endFrame(frame);
+SceneFacts Pipeline::factsOf(const FrameCall& call) {
+  return {call.slots(), call.lists.large ? call.lists.large->candidates.size() : 0,
+          stages_->geom_update.boxes().wide, call.scene.nested,
+          stages_->extraction.devices.devices()};
 }
 
 std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
@@ -122,159 +311,6 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   return endFrame(frame);
 }
 
-// All stages up to the report. Where memory ends, they begin anew on one thread, with all of it
-// that was held. Null where it ends again, and `receiver` has got pairs as they were found.
-const PairList* Pipeline::findPairs(Frame& frame, const PairReceiver& receiver) {
-  for (const bool last : {false, true}) try {
-      return &tryFindPairs(frame);
-    } catch (const std::bad_alloc&) {
-      giveBack(frame.call);
-      Plan& plan = frame.plan = decide(frame.call);
-      plan.threads = plan.extraction.threads = 1;
-      plan.extraction.devices = 0;
-      plan.fat_pairs = plan.weighs_devices = false;
-      const std::size_t moved = frame.stats.moved;
-      frame.stats = {};
-      frame.stats.moved = moved;
-      if (last && events_ && !frame.call.scene.nested) events_->updateUnknown();
-    }
-  reportWithoutMemory(frame, receiver);
-  return nullptr;
-}
-
-const PairList& Pipeline::tryFindPairs(Frame& frame) {
-  const FrameCall& call = frame.call;
-  const Plan& plan = frame.plan;
-  frame.stats.geoms = call.scene.count;
-  frame.stats.backend = dParallelSAPBackendCPU;
-  call.lists.small.changes = 0;  // its pairs are those of the last frame no more
-  if (!stages_ || !made(call.lists.large)) throw std::bad_alloc();
-
-  frame.begin(&dParallelSAPStats::update_ms);
-  PairCache::Update update;
-  if (plan.use_cache)
-    update = stages_->cache.update(call.geoms(), call.slots(), plan.rules, plan.threads,
-                                   stages_->geom_update, frame.stats);
-  if (update.unannounced.count)
-    complaints.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
-  Found found;
-  if (!update.kept || !renew(frame, update)) {
-    update.kept = false;
-    found = findAnew(frame);
-  }
-  LargeLists& lists = *call.lists.large;
-  const bool user_classes = stages_->geom_update.facts().user_classes;
-  const bool selects = user_classes || plan.rules.verifiesPairs();
-  if (selects) {
-    frame.begin(&dParallelSAPStats::filter_ms);
-    verifyPairs(call.geoms(), plan.rules, user_classes, plan.threads, lists.candidates,
-                lists.selected);
-  }
-  const PairList& pairs = selects ? lists.selected : lists.candidates;
-  if (update.kept) stages_->fat.noteUnused();
-  if (plan.weighs_devices) learn(frame, update.kept ? nullptr : &found);
-  // Memory does not end from here on.
-  updateEvents(frame, pairs, stages_->cache.noteReported(!selects, update));
-  frame.begin(nullptr);
-  frame.stats.pairs = pairs.size();
-  stages_->cache.endFrame();
-  statistics.note(frame.stats);
-  if constexpr (validates) {
-    stages_->geom_update.validate(call.geoms());
-    stages_->cache.validate(call.geoms(), stages_->geom_update, plan.rules,
-                            call.lists.large->candidates);
-  }
-  return pairs;
-}
-
-// What a frame that finds all pairs fills again; what the frames around it use stays.
-void Pipeline::giveBack(const FrameCall& call) {
-  if (call.lists.large) *call.lists.large = LargeLists();
-  if (!stages_) return;
-  stages_->geom_update = GeomUpdate();
-  stages_->extraction.release();
-  stages_->cache = PairCache();
-  stages_->fat = FatProxies();
-  GeomTree* const tree = call.tree.get();
-  if (tree && !call.scene.nested) tree->release();
-}
-
-// The last frame's pairs, but for those of geoms that changed since. False if they must be found
-// anew.
-bool Pipeline::renew(Frame& frame, const PairCache::Update& update) {
-  const FrameCall& call = frame.call;
-  noteUpdate(frame);
-  // Where nothing changed the stage is shorter than reading the clock.
-  if (!update.isSame()) frame.begin(&dParallelSAPStats::extract_ms);
-  frame.stats.method = dParallelSAPMethodSweep;
-  return stages_->cache.renew(call.scene.slots, update, stages_->geom_update, frame.plan.threads,
-                              call.tree, call.lists.large->candidates, frame.stats);
-}
-
-// update -> extract, for all geoms.
-Found Pipeline::findAnew(Frame& frame) {
-  const FrameCall& call = frame.call;
-  const Plan& plan = frame.plan;
-  stages_->cache.stop();
-  const int update_threads =
-      stages_->geom_update.pack(call.geoms(), call.slots(), plan.rules, plan.threads,
-                                stages_->extraction.devices.reader(plan.extraction));
-  noteUpdate(frame);
-
-  frame.begin(&dParallelSAPStats::extract_ms);
-  const BoxSet& boxes = stages_->geom_update.boxes();
-  PairList& candidates = call.lists.large->candidates;
-  const PairFilter filter(call.geoms(), stages_->geom_update, plan.rules);
-  Found found;
-  const bool fat = plan.fat_pairs && !boxes.wide &&
-                   stages_->fat.prepare(
-                       boxes, static_cast<double>(stages_->geom_update.tolerance()), plan.threads);
-  if (fat) {
-    found.threads =
-        stages_->fat.find(boxes, plan.threads, stages_->extraction.sweep, filter, candidates);
-    found.method = dParallelSAPMethodSweep;
-    frame.stats.candidates_kept = stages_->fat.kept();
-    if constexpr (validates) stages_->fat.validate(boxes, stages_->extraction.sweep);
-  } else {
-    stages_->fat.noteUnused();
-    found = stages_->extraction.find(boxes, plan.extraction, filter, candidates);
-  }
-  if (found.too_long) complaints.ofTooLong(*found.too_long);
-  frame.stats.method = found.method;
-  frame.stats.devices = found.devices;
-  if (found.devices > 0) frame.stats.backend = dParallelSAPBackendCUDA;
-  found.threads = std::max(update_threads, found.threads);
-  found.pairs = candidates.size();
-  frame.stats.find_threads = found.threads;
-  frame.stats.candidates = found.pairs;
-
-  if (plan.use_cache) stages_->cache.start(call.slots());
-  frame.begin(nullptr);  // the choice of devices learns from what this took
-  return found;
-}
-
-// Counts the geoms, whose boxes are up to date.
-void Pipeline::noteUpdate(Frame& frame) {
-  frame.call.scene.noteClean();
-  const UpdateFacts& facts = stages_->geom_update.facts();
-  dxGeom* const* const geoms = frame.call.geoms();
-  for (const Slot slot : facts.newly_invalid) complaints.ofInvalid(geoms[slot]);
-  frame.stats.moved += facts.moved;
-  frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
-  frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
-  frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
-}
-
-// The pairs of a frame within a callback are no events. `are_same`: all are those of the last
-// frame.
-void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) {
-  if (!events_ || frame.call.scene.nested) return;
-  if (are_same && events_->updateSame()) return;
-  frame.begin(&dParallelSAPStats::events_ms);
-  if (!events_->update(pairs, frame.call.scene.slots, frame.plan.rules, frame.plan.threads))
-    complaints.ofUnreportedEvents();
-}
-
 // Of a frame whose pairs have numbers and whose contacts are all known. Touches that the call
 // switched on begin in the next one.
 void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found) {
@@ -298,63 +334,6 @@ void Pipeline::turnEvents(int kinds) {
     event_kinds_ |= dParallelSAPEventTouches;
     events_->keepTouches();
   }
-}
-
-SceneFacts Pipeline::factsOf(const FrameCall& call) {
-  return {call.slots(), call.lists.large ? call.lists.large->candidates.size() : 0,
-          stages_->geom_update.boxes().wide, call.scene.nested,
-          stages_->extraction.devices.devices()};
-}
-
-// `found`: how the pairs were found anew; null if they were kept.
-void Pipeline::learn(const Frame& frame, const Found* found) {
-  DeviceBackend& devices = stages_->extraction.devices;
-  devices.reportLeftOut();
-  const int wanted = stages_->policy.learn(frame.plan, factsOf(frame.call), settings, found,
-                                           frame.stats.extract_ms);
-  if (wanted > 0) devices.prepare(wanted);
-}
-
-// Shows the pairs to who watches, before the program gets them.
-void Pipeline::showPairs(const FrameCall& call, const PairList& pairs) {
-  if (call.scene.nested || !observers.isDue()) return;
-  for (const PairList::Run& run : pairs.runs)
-    for (const Pair pair : run)
-      observers.see(call.geoms()[earlierOf(pair)], call.geoms()[laterOf(pair)]);
-  observers.endPairs();
-}
-
-// The last stage may collide a part of the pairs first, as if it were all.
-void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
-  const bool by_last_stage = last_stage && !frame.call.scene.nested;
-  if (by_last_stage) frame.begin(&dParallelSAPStats::narrow_ms);
-  const bool prepared = by_last_stage && last_stage->prepare(frame, pairs);
-  frame.begin(&dParallelSAPStats::report_ms);
-  if (prepared) {
-    statistics.note(frame.stats);  // should the callback throw, or collide again
-    return last_stage->report(frame, pairs, data, callback);
-  }
-  const Reports::Open open(frame.call.scene.reports);
-  LargeLists& lists = *frame.call.lists.large;
-  if (isWorthResolving(frame.call.scene, frame.plan.threads) &&
-      hasRoom(frame.call.lists, resolved_pairs))
-    return reportResolved(pairs, frame.call.scene, frame.plan.threads, lists.contact_pairs.data(),
-                          lists.limit, data, callback);
-  reportPairs(pairs, frame.call.scene, lists.limit,
-              [=](Pair, std::size_t, dxGeom* a, dxGeom* b) { callback(data, a, b); });
-}
-
-// The last resort: finds and reports at once.
-void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
-  frame.begin(&dParallelSAPStats::report_ms);
-  complaints.ofNoMemory();
-  const std::size_t moved = frame.stats.moved;
-  frame.stats = updateWithoutMemory(frame.call.scene);
-  frame.stats.moved += moved;
-  statistics.note(frame.stats);
-  LargeLists* const lists = frame.call.lists.large.get();
-  collideWithoutMemory(frame.call.scene, frame.plan.rules, lists ? &lists->last_resort : nullptr,
-                       frame.stats, receiver);
 }
 
 void Pipeline::clean(const Scene& scene) {

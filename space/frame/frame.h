@@ -168,27 +168,26 @@ class Pipeline {
     std::size_t bytes() const { return bytesOf(geom_update, extraction, cache, fat); }
   };
 
-  bool cleanMany(const Scene& scene);
+  const PairList& tryFindPairs(Frame& frame);
+  void noteUpdate(Frame& frame, const PairCache::Kept& kept);
+  void noteFound(Frame& frame, const Found& found, bool kept);
+  const PairList& select(Frame& frame);
+  void updateEvents(Frame& frame, const PairList& pairs, bool are_same);
+  void showPairs(const FrameCall& call, const PairList& pairs);
+  void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
+  const PairList* findPairs(Frame& frame, const PairReceiver& receiver);
+  void giveBack(const FrameCall& call);
+  void reportWithoutMemory(Frame& frame, const PairReceiver& receiver);
   void beginFrame(const FrameCall& call, bool contacts);
+  std::size_t endFrame(Frame& frame);
   SceneFacts factsOf(const FrameCall& call);
   Plan decide(const FrameCall& call);
-  std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
   inline bool isSmall(const FrameCall& call) const;
   FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver, bool shows_pairs);
   bool updateSmallEvents(const FrameCall& call, unsigned pair_count);
-  const PairList* findPairs(Frame& frame, const PairReceiver& receiver);
-  const PairList& tryFindPairs(Frame& frame);
-  void giveBack(const FrameCall& call);
-  bool renew(Frame& frame, const PairCache::Update& update);
-  Found findAnew(Frame& frame);
-  void noteUpdate(Frame& frame);
-  void updateEvents(Frame& frame, const PairList& pairs, bool are_same);
+  std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
   void updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found);
-  void learn(const Frame& frame, const Found* found);
-  void showPairs(const FrameCall& call, const PairList& pairs);
-  void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
-  void reportWithoutMemory(Frame& frame, const PairReceiver& receiver);
-  std::size_t endFrame(Frame& frame);
+  bool cleanMany(const Scene& scene);
 
   std::unique_ptr<Stages> stages_;
   int event_kinds_ = 0;

@@ -92,10 +92,10 @@ void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan
 }
 
 int Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-                  const Found* found, double extract_ms) {
+                  const dParallelSAPStats* found) {
   if (found && !facts.last_wide)
     device_choice_.learn(plan.device_decision, std::min(found->devices, DeviceChoice::most_devices),
-                         facts.slots, found->pairs, extract_ms);
+                         facts.slots, found->candidates, found->extract_ms);
   device_choice_.lost(facts.devices.usable);
   return device_choice_.learnMissed(facts.slots, candidatesOf(settings, facts.devices.usable),
                                     facts.devices.ready);

@@ -66,8 +66,8 @@ class Policy {
 
   // A frame weighed devices by `plan`, and `found` its pairs anew; null: it kept them. Returns how
   // many devices should be made ready.
-  int learn(const Plan& plan, const SceneFacts& facts, const Settings& settings, const Found* found,
-            double extract_ms);
+  int learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+            const dParallelSAPStats* found);
 
  private:
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;

@@ -26,9 +26,9 @@ PROJECT = pathlib.Path(__file__).resolve().parents[2]
 HEADER = "space/base/mechanisms.h"
 # Where each mechanism runs: a file, the beginning of a line, and the condition under which that counts.
 RUNS = {
-    "kept_pairs": ("frame/frame.cpp", "  return stages_->cache.renew(", "true"),
+    "kept_pairs": ("frame/frame.cpp", "    found.threads = cache.renew(", "true"),
     "incremental_trees": ("cache/pair_cache.cpp", "  stats.kept = changed_pairs_.replace(", "true"),
-    "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "stages_->fat.kept() > 0"),
+    "fat_pairs": ("frame/frame.cpp", "    stats.candidates_kept =", "fat.kept() > 0"),
     "kept_cells": ("pairs/sweep.cpp", "  ++reuses_;", "good"),
     "still_small_scenes": ("frame/small_scenes.cpp", "  lists.changes = changes;", "still"),
     "small_scenes": ("frame/small_scenes.cpp", "  if (stages_) stages_->cache.stop();", "true"),

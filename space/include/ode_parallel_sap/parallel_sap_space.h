@@ -498,7 +498,7 @@ typedef struct dParallelSAPStats {
   int method;                         /* that ran: a dParallelSAPMethod, never Auto */
   int threads;                        /* threads used by the widest stage */
   int devices;                        /* GPUs used */
-  double update_ms;                   /* AABBs of the geoms that moved */
+  double update_ms;                   /* AABBs of the geoms that moved, and a tree if few did */
   double synchronise_ms;              /* 0: extraction takes planes now */
   double extract_ms;                  /* finding pairs; up to 120 geoms: all before the report */
   double filter_ms;                   /* AABBTest calls, changed rest and bits */
