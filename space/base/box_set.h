@@ -32,6 +32,14 @@ constexpr BasicBox<Real> inactiveBox() {
   return {{nan, nan, nan}, {nan, nan, nan}};
 }
 
+template <class Real>
+inline bool overlap(const BasicBox<Real>& a, const BasicBox<Real>& b) {
+  bool overlap = true;
+  for (int axis = 0; axis < 3; ++axis)
+    overlap &= a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis];
+  return overlap;
+}
+
 // The exact box, of bounds as ODE keeps them: lower and upper on each axis.
 template <class Real, class Bound>
 inline BasicBox<Real> boxOfBounds(const Bound* bounds) {

@@ -55,9 +55,9 @@ constexpr int least_resolving_threads = 8;
 // with 2^23 the same time.
 constexpr std::size_t resolved_pairs = std::size_t{1} << 20;
 
-// How far ahead a geom is asked for that is only looked at: a look takes a few ns, a line from
-// memory a hundred times as long. Half as far took up to 1.33 times as long (peers, at rest).
-constexpr std::size_t look_distance = 4 * prefetch_distance;
+// How far ahead a geom is prefetched that is only compared: that takes a few ns, a line from memory
+// a hundred times as long. Half as far took up to 1.33 times as long (peers, at rest).
+constexpr std::size_t compare_distance = 4 * prefetch_distance;
 
 // Cells, and sorting pairs.
 

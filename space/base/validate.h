@@ -22,14 +22,6 @@ constexpr std::size_t most_validated = 300;
 // Ends the program with the sentence of an invariant that does not hold.
 void mustHold(bool holds, const char* invariant);
 
-template <class Real>
-bool overlap(const BasicBox<Real>& a, const BasicBox<Real>& b) {
-  bool overlap = true;
-  for (int axis = 0; axis < 3; ++axis)
-    overlap &= a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis];
-  return overlap;
-}
-
 // The list has the pairs of slots for which isPair(earlier, later) is true, and unless `exactly`
 // perhaps others.
 template <class IsPair>

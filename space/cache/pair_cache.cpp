@@ -46,7 +46,7 @@ bool PairCache::keep(const GeomTree::Geoms& geoms, int threads, SharedPart<GeomT
     kept.unannounced = geom_update.findUnannounced(geoms.data(), changed_);
     all = kept.unannounced.count > 0;
   }
-  stats.find_threads = geom_update.notice(geoms.data(), slots, threads, all, changed_);
+  stats.find_threads = geom_update.addSilent(geoms.data(), slots, threads, all, changed_);
   // Slots of removed geoms count as well: they have no box any more, but pairs to be dropped.
   kept.changes = changed_.count();
   if (tooMany(kept.changes, slots)) return false;

@@ -139,13 +139,10 @@ class GeomPacker {
   // Writes box, bits and body of a slot to `boxes`. No geom: an empty slot.
   SlotState pack(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) const;
   // Whether a geom that was packed with `state` has other bits, another body or is enabled where it
-  // was not: nobody tells a space of that.
-  bool changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) const;
+  // was not: ODE does not announce that.
+  bool changedSilently(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) const;
   // Whether its body was awake when it was packed and now sleeps.
   bool fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const;
-
- private:
-  SlotState kindOf(const dxGeom* geom, bool resting) const;
 };
 
 inline void UpdateFacts::add(const UpdateFacts& other) {
@@ -164,17 +161,8 @@ inline void UpdateFacts::add(const UpdateFacts& other) {
   newly_invalid.insert(newly_invalid.end(), other.newly_invalid.begin(), other.newly_invalid.end());
 }
 
-// Where silent changes are announced, a step may still put an awake body to sleep; one that a step
-// wakes is moved by it.
-inline SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
-  const bool watched =
-      rules.notified ? rules.skip_asleep && geom->body && !resting : !resting || geom->body;
-  return (watched ? 0 : unwatched_state) | (IS_SPACE(geom) ? space_state : 0) |
-         (hasAABBTest(geom) ? user_class_state : 0);
-}
-
 // Unless silent changes are announced, geoms at rest are packed as if enabled and with all bits
-// set, because few of their changes are noticed here: each frame tests pairs with them again.
+// set, because few of their changes are found here: each frame tests pairs with them again.
 inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& facts,
                                   BoxSet& boxes) const {
   if (!geom) {
@@ -183,7 +171,12 @@ inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& fa
   }
   const bool resting = isResting(geom, rules);
   boxes.bodies[slot] = resting ? resting_body : keyOf(geom->body);
-  SlotState state = kindOf(geom, resting);
+  // Where silent changes are announced, a step may still put an awake body to sleep; one that a
+  // step wakes is moved by it.
+  const bool watched =
+      rules.notified ? rules.skip_asleep && geom->body && !resting : !resting || geom->body;
+  SlotState state = (watched ? 0 : unwatched_state) | (IS_SPACE(geom) ? space_state : 0) |
+                    (hasAABBTest(geom) ? user_class_state : 0);
   if (!isEnabled(geom)) {
     state |= disabled_state;
     if (!resting || rules.notified || geom->gflags & GEOM_ZERO_SIZED) {
@@ -219,8 +212,8 @@ inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& fa
   return state;
 }
 
-inline bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state,
-                                         const BoxSet& boxes) const {
+inline bool GeomPacker::changedSilently(const dxGeom* geom, Slot slot, SlotState state,
+                                        const BoxSet& boxes) const {
   const bool resting = isResting(geom, rules);
   if (resting != (boxes.bodies[slot] == resting_body)) return true;
   if (isEnabled(geom) != !(state & disabled_state)) return true;

@@ -13,22 +13,17 @@ namespace ode_parallel_sap {
 
 namespace {
 
-bool floatsOverlap(const Box& a, const Box& b) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis])) return false;
-  return true;
-}
+Region updating("update: geoms"), comparing("update: silent changes");
 
-Region updating("update: geoms"), noticing("update: what changed unnoticed");
-
-// Sees of most geoms that nothing changed unnoticed, and never says so where something did. Not for
-// rules by which geoms rest.
+// True for most geoms that did not change silently, and for no others. Not for rules by which geoms
+// rest.
 bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {
   return !(state & (disabled_state | no_box_state | space_state)) &&
          (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
          hasBitsOf(geom, slot, boxes) && boxes.bodies[slot] == keyOf(geom->body);
 }
-// Whoever reads boxes learns that the frame will not find their pairs.
+
+// The reader of boxes learns that the frame will not find their pairs.
 struct ForgetUnlessDone {
   BoxReader* reader;
   ~ForgetUnlessDone() {
@@ -36,10 +31,12 @@ struct ForgetUnlessDone {
   }
 };
 
-void prefetchStatus(const dxBody* body) {
-  // fixed: where they are in ODE 0.16, whose private header of bodies is not for us.
-  constexpr std::size_t flags = 7 * sizeof(void*);
-  prefetchFar(reinterpret_cast<const char*>(body) + flags);
+// For forGeoms(): the slots from a first one on, and those of a list.
+auto slotsFrom(std::size_t first) {
+  return [first](std::size_t i) { return first + i; };
+}
+auto slotsOf(const Buffer<Slot>& list) {
+  return [slots = list.data()](std::size_t i) { return std::size_t{slots[i]}; };
 }
 
 }  // namespace
@@ -72,8 +69,8 @@ void CoarseBoxes::take(dxGeom* const* geoms, const Buffer<SlotState>& states, st
   });
 }
 
-bool CoarseBoxes::overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states,
-                                std::size_t coarse, std::size_t most) {
+bool CoarseBoxes::overlapFalsely(dxGeom* const* geoms, const Buffer<SlotState>& states,
+                                 std::size_t coarse, std::size_t most) {
   if (answer_ && !areManyMore(coarse) && ++age_ < retry_frames) return true;
   age_ = 0;
   sampled_of_ = coarse;
@@ -83,64 +80,67 @@ bool CoarseBoxes::overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& s
   take(geoms, states, coarse);
   const double share = static_cast<double>(sample_.size()) / static_cast<double>(coarse);
   const double most_sampled_pairs = static_cast<double>(most) * share * share;
-  std::size_t in_vain = 0;
+  std::size_t false_pairs = 0;
   for (auto a = sample_.begin(); a != sample_.end(); ++a)
     for (auto b = a + 1; b != sample_.end() && b->box.lower[axis_] <= a->box.upper[axis_]; ++b) {
-      in_vain += floatsOverlap(a->box, b->box) && !boxesOverlap(a->geom, b->geom);
-      if (static_cast<double>(in_vain) > most_sampled_pairs) return answer_ = true;
+      false_pairs += overlap(a->box, b->box) && !boxesOverlap(a->geom, b->geom);
+      if (static_cast<double>(false_pairs) > most_sampled_pairs) return answer_ = true;
     }
   return false;
 }
 
-// One thread's part of forGeoms(), in blocks. In a large scene the geoms that come next are asked
-// for. Geoms that are the calling thread's business are deferred.
-template <class Geoms, class Use>
-void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePart& part) {
+// One thread's part of forGeoms(), in blocks. In a large scene the next geoms are prefetched.
+// Geoms that are the calling thread's business are deferred.
+template <class SlotAt, class Use>
+void GeomUpdate::forPart(dxGeom* const* const geoms, const std::size_t count, SlotAt slotAt,
+                         const Range range, Use use, UpdatePart& part) {
   constexpr std::size_t ahead = prefetch_distance / 2;
   constexpr Slot cached = 4096;  // fixed: geoms in a second-level cache of 2 MB
-  const bool is_large = geoms.count > 0 && geoms.slot(geoms.count - 1) >= cached;
+  const bool is_large = count > 0 && slotAt(count - 1) >= cached;
   for (std::size_t begin = range.begin; begin < range.end; begin += prefetch_distance) {
     const std::size_t end = std::min(begin + prefetch_distance, range.end);
     for (std::size_t i = begin; i < end && is_large; ++i) {
-      if (const dxGeom* const later = i + ahead < range.end ? geoms.geom(i + ahead) : nullptr)
+      if (const dxGeom* const later = i + ahead < range.end ? geoms[slotAt(i + ahead)] : nullptr)
         prefetchState(later);
-      const dxGeom* const geom = geoms.geom(i);
+      const dxGeom* const geom = geoms[slotAt(i)];
       if (geom && geom->gflags & GEOM_DIRTY) prefetchPose(geom);
       if (geom) prefetch(geom->aabb);
     }
     for (std::size_t i = begin; i < end; ++i) {
-      dxGeom* const geom = geoms.geom(i);
+      dxGeom* const geom = geoms[slotAt(i)];
       if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
       ++part.facts.moved;
       if (needsCallingThread(geom))
-        part.deferred.push_back(geoms.slot(i));
+        part.deferred.push_back(static_cast<Slot>(slotAt(i)));
       else
         cleanOwn(geom);
     }
     const ScopedMode exact(exactMode());
     for (std::size_t i = begin; i < end; ++i) {
-      const dxGeom* const geom = geoms.geom(i);
-      if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, geoms.slot(i), part);
+      const dxGeom* const geom = geoms[slotAt(i)];
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, static_cast<Slot>(slotAt(i)), part);
     }
   }
 }
 
-// Brings geoms up to date, and calls use(geom, slot, part) for each; geom may be null.
-template <class Geoms, class Use>
-int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
+// Brings the geoms of slotAt(0) to slotAt(count - 1), which ascend, up to date. Calls use(geom,
+// slot, part) for each; geom may be null.
+template <class SlotAt, class Use>
+int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, SlotAt slotAt, int threads,
+                         Use use) {
   if (parts_.size() < static_cast<std::size_t>(threads) + 1) parts_.resize(threads + 1);
   for (UpdatePart& part : parts_) {
     part.facts = UpdateFacts();
     part.deferred.clear();
   }
   const int used = runTeam(updating, threads, [&](int index, int team) {
-    forPart(geoms, ownPart(geoms.count, index, team), use, parts_[index]);
+    forPart(geoms, count, slotAt, ownPart(count, index, team), use, parts_[index]);
   });
   for (int index = 0; index < threads; ++index)
     for (const Slot slot : parts_[index].deferred) {
-      cleanGeom(geoms.of_slot[slot]);
+      cleanGeom(geoms[slot]);
       const ScopedMode exact(exactMode());
-      use(geoms.of_slot[slot], slot, parts_[threads]);
+      use(geoms[slot], slot, parts_[threads]);
     }
   return used;
 }
@@ -148,9 +148,12 @@ int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
   const auto nothing = [](const dxGeom*, Slot, UpdatePart&) {};
-  if (!changed) return void(forGeoms(AllGeoms{geoms, 0, slots}, threads, nothing));
-  changed->listBelow(slots, slots_);
-  forGeoms(ListedGeoms{geoms, slots_}, threads, nothing);
+  if (changed) {
+    changed->listBelow(slots, slots_);
+    forGeoms(geoms, slots_.size(), slotsOf(slots_), threads, nothing);
+  } else {
+    forGeoms(geoms, slots, slotsFrom(0), threads, nothing);
+  }
 }
 
 int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
@@ -184,18 +187,17 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     for (std::size_t first = 0, last = 0; first < slots; first = last) {
       const std::size_t unread = is_read ? (slots - first) / unread_share : 0;
       last = unread < least_unread ? slots : slots - unread;
-      const AllGeoms piece = {geoms, first, last - first};
-      used = std::max(used, forGeoms(piece, threads, packSlot));
-      facts_.add(mergeParts());
+      used = std::max(used, forGeoms(geoms, last - first, slotsFrom(first), threads, packSlot));
+      addParts();
       if (is_read) reader->read(boxes_, first, last);
     }
     moved += facts_.moved;
     facts_.moved = moved;
-    // Boxes become doubles once more coarse ones overlap each other in vain than is worth their
-    // exact tests, and floats again when those would be far fewer.
+    // Boxes become doubles once so many coarse ones overlap falsely that exact tests of these would
+    // take longer, and floats again when those would be far fewer.
     const bool wide =
-        coarse_boxes_.overlapInVain(geoms, states_, static_cast<std::size_t>(facts_.coarse),
-                                    boxes_.size / (boxes_.wide ? 8 : 2));
+        coarse_boxes_.overlapFalsely(geoms, states_, static_cast<std::size_t>(facts_.coarse),
+                                     boxes_.size / (boxes_.wide ? 8 : 2));
     if (wide == boxes_.wide || repeated) {
       boxes_.exact = facts_.exact_boxes || boxes_.wide;
       boxes_.filter_bits = facts_.filter_bits;
@@ -209,11 +211,9 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   }
 }
 
-UpdateFacts GeomUpdate::mergeParts() {
-  UpdateFacts facts;
-  for (const UpdatePart& part : parts_) facts.add(part.facts);
-  std::sort(facts.newly_invalid.begin(), facts.newly_invalid.end());
-  return facts;
+void GeomUpdate::addParts() {
+  for (const UpdatePart& part : parts_) facts_.add(part.facts);
+  std::sort(facts_.newly_invalid.begin(), facts_.newly_invalid.end());
 }
 
 void GeomUpdate::watchAll() {
@@ -224,11 +224,11 @@ void GeomUpdate::watchAll() {
   watching_ = true;
 }
 
-int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all,
-                       SlotSet& changed) {
+int GeomUpdate::addSilent(dxGeom* const* geoms, std::size_t slots, int threads, bool all,
+                          SlotSet& changed) {
   if (!watching_) watchAll();
-  const std::size_t looks = all ? boxes_.size : watched_.count();
-  if (looks == 0) return 1;
+  const std::size_t compared = all ? boxes_.size : watched_.count();
+  if (compared == 0) return 1;
   const bool bodies = packer_.rules.skip_asleep, announced = packer_.rules.notified,
              plain = !packer_.rules.leavesOutResting();
   const std::size_t known = std::min(slots, boxes_.size);  // the last ones may be gone
@@ -239,35 +239,37 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
       bits |= std::uint64_t{geoms[first + i] != nullptr} << i;
     return bits;
   };
-  const int most = teamFor(looks, grains::slots, threads);
-  return runTeam(noticing, most, [&](int thread, int team) {
+  const int members = teamFor(compared, grains::slots, threads);
+  return runTeam(comparing, members, [&](int thread, int team) {
     const Range words = ownPart(watched_.words(), thread, team);
-    const auto looksIn = [&](std::size_t word) -> std::uint64_t {
+    const auto comparedIn = [&](std::size_t word) -> std::uint64_t {
       return (all ? geomsIn(word) : watched_.word(word)) & ~changed.word(word);
     };
-    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves. In
-    // some heaps a line ends between the flags and the body.
-    const auto ask = [&](std::size_t slot) {
+    // Of a later slot, where most are compared: geoms at rest without their bits. In some heaps a
+    // line ends between the flags and the body.
+    const auto prefetchSlot = [&](std::size_t slot) {
       if (slot >= known || !geoms[slot]) return;
       prefetchFar(&geoms[slot]->gflags);
       prefetchFar(&geoms[slot]->body);
       if (plain || announced || boxes_.bodies[slot] != resting_body)
         prefetchFar(&geoms[slot]->category_bits);
     };
-    const auto askForBody = [&](std::size_t slot) {
-      if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
+    const auto prefetchBody = [&](std::size_t slot) {
+      // fixed: where ODE 0.16 has the flags of bodies; their private header is not for us.
+      constexpr std::size_t flags = 7 * sizeof(void*);
+      if (slot < known && geoms[slot] && geoms[slot]->body)
+        prefetchFar(reinterpret_cast<const char*>(geoms[slot]->body) + flags);
     };
     for (std::size_t word = words.begin; word < words.end; ++word) {
-      const std::uint64_t looks_here = looksIn(word);
-      const bool most_here =
-          std::size_t(__builtin_popcountll(looks_here)) >= SlotSet::word_slots / 2;
-      for (std::uint64_t bits = looks_here; bits; bits &= bits - 1) {
+      const std::uint64_t here = comparedIn(word);
+      const bool most = std::size_t(__builtin_popcountll(here)) >= SlotSet::word_slots / 2;
+      for (std::uint64_t bits = here; bits; bits &= bits - 1) {
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
-        if (most_here) ask(slot + look_distance);
+        if (most) prefetchSlot(slot + compare_distance);
         if (plain && isPlainlySame(geom, slot, states_[slot], boxes_)) continue;
-        if (bodies && most_here) askForBody(slot + look_distance / 2);
-        if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes_)) changed.insert(slot);
+        if (bodies && most) prefetchBody(slot + compare_distance / 2);
+        if (packer_.changedSilently(geom, slot, states_[slot], boxes_)) changed.insert(slot);
       }
     }
   });
@@ -278,14 +280,15 @@ GeomUpdate::Unannounced GeomUpdate::findUnannounced(dxGeom* const* geoms,
   Unannounced unannounced;
   for (Slot slot = 0; slot < boxes_.size; ++slot)
     if (!changed.contains(slot) && geoms[slot] &&
-        packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes_) &&
+        packer_.changedSilently(geoms[slot], slot, states_[slot], boxes_) &&
         !packer_.fellAsleep(geoms[slot], slot, boxes_) && unannounced.count++ == 0)
       unannounced.first = slot;
   return unannounced;
 }
 
-// Room for all slots, with the boxes of before. What is beyond them counts no more.
-void GeomUpdate::resizeTo(std::size_t slots) {
+bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
+                        const SlotSet& changed) {
+  if (!watching_) watchAll();
   const std::size_t before = boxes_.size;
   for (std::size_t slot = slots; slot < before; ++slot) {
     count(states_[slot], -1, facts_);
@@ -297,12 +300,6 @@ void GeomUpdate::resizeTo(std::size_t slots) {
   UpdateFacts unread;
   for (std::size_t slot = before; slot < slots; ++slot)
     states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes_);
-}
-
-bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
-                        const SlotSet& changed) {
-  if (!watching_) watchAll();
-  resizeTo(slots);
   changed.listBelow(slots, slots_);
   facts_.moved = 0;
   const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
@@ -310,22 +307,17 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
     states_[slot] = packer_.pack(geom, slot, part.facts, boxes_);
     count(states_[slot], 1, part.facts);
   };
-  forGeoms(ListedGeoms{geoms, slots_}, teamFor(slots_.size(), grains::slots, threads), packSlot);
+  forGeoms(geoms, slots_.size(), slotsOf(slots_), teamFor(slots_.size(), grains::slots, threads),
+           packSlot);
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)
       watched_.erase(slot);
     else
       watched_.insert(slot);
-  return takeOver(mergeParts());
-}
-
-// Makes the facts of some slots, packed again, part of those of all. False if these would have
-// been packed otherwise.
-bool GeomUpdate::takeOver(const UpdateFacts& packed) {
   facts_.newly_invalid.clear();
-  facts_.add(packed);
-  return canRepack() && (boxes_.filter_bits || !packed.filter_bits) &&
-         (boxes_.filter_bodies || !packed.filter_bodies) &&
+  addParts();
+  return canRepack() && boxes_.filter_bits == facts_.filter_bits &&
+         boxes_.filter_bodies == facts_.filter_bodies &&
          (boxes_.wide || !coarse_boxes_.areManyMore(static_cast<std::size_t>(facts_.coarse)));
 }
 

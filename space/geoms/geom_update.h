@@ -19,8 +19,8 @@ class CoarseBoxes {
  public:
   // Whether more than about `most` pairs of the `coarse` boxes overlap in floats alone, by a sample
   // of them. If so, they count as doing so for some frames. Needs clean geoms.
-  bool overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse,
-                     std::size_t most);
+  bool overlapFalsely(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse,
+                      std::size_t most);
   // Whether there are so many more of them since that the answer may be another.
   bool areManyMore(std::size_t coarse) const { return coarse > 2 * sampled_of_ + most_sampled; }
   std::size_t bytes() const { return bytesOf(sample_); }
@@ -56,11 +56,10 @@ class GeomUpdate {
 
   // Whether repack() may follow what was packed last.
   bool canRepack() const { return facts_.exact_bits || boxes_.wide_bits.data(); }
-  // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
-  // enabled states. Reads the geoms that the rules make it watch, or `all`. Returns the number of
-  // threads used.
-  int notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all, SlotSet& changed);
-  // The geoms that did so unannounced, those of `changed` apart, although the rules promise that.
+  // Adds to `changed` the slots of silent changes: of bits, bodies, enabled states. Reads the geoms
+  // whose silent changes matter by the rules, or `all`. Returns the number of threads used.
+  int addSilent(dxGeom* const* geoms, std::size_t slots, int threads, bool all, SlotSet& changed);
+  // The silent changes apart from `changed`, although the rules promise to announce all.
   struct Unannounced {
     std::size_t count = 0;
     Slot first = 0;
@@ -83,37 +82,20 @@ class GeomUpdate {
   }
 
  private:
-  // Geoms that are brought up to date together: of slots from a first one on, or of a list.
-  struct AllGeoms {
-    dxGeom* const* of_slot;
-    std::size_t first, count;
-
-    Slot slot(std::size_t i) const { return static_cast<Slot>(first + i); }
-    dxGeom* geom(std::size_t i) const { return of_slot[first + i]; }
-  };
-  struct ListedGeoms {
-    dxGeom* const* of_slot;
-    const Buffer<Slot>& list;
-    std::size_t count = list.size();
-
-    Slot slot(std::size_t i) const { return list[i]; }
-    dxGeom* geom(std::size_t i) const { return of_slot[list[i]]; }
-  };
-  template <class Geoms, class Use>
-  int forGeoms(const Geoms& geoms, int threads, Use use);
-  template <class Geoms, class Use>
-  static void forPart(Geoms geoms, Range range, Use use, UpdatePart& part);
-  UpdateFacts mergeParts();
+  template <class SlotAt, class Use>
+  int forGeoms(dxGeom* const* geoms, std::size_t count, SlotAt slotAt, int threads, Use use);
+  template <class SlotAt, class Use>
+  static void forPart(dxGeom* const* geoms, std::size_t count, SlotAt slotAt, Range range, Use use,
+                      UpdatePart& part);
+  void addParts();
   void watchAll();
-  void resizeTo(std::size_t slots);
-  bool takeOver(const UpdateFacts& packed);
 
   BoxSet boxes_;
   std::vector<UpdatePart> parts_;
   UpdateFacts facts_;
   GeomPacker packer_;
   Buffer<SlotState> states_;  // by slot
-  SlotSet watched_;           // slots that notice() looks at
+  SlotSet watched_;           // slots that addSilent() reads
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
   CoarseBoxes coarse_boxes_;

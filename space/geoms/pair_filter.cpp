@@ -23,16 +23,16 @@ Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
   const PairRule rule(rules);
   // Geoms lie anywhere in memory. The earlier one is often that of the pair before.
   constexpr std::ptrdiff_t ahead = prefetch_distance;
-  const auto askFor = [&](const dxGeom* geom) {
+  const auto prefetchFlags = [&](const dxGeom* geom) {
     prefetch(&geom->gflags);
     if (rules.leavesOutResting()) prefetch(&geom->collide_bits);
   };
   for (const Pair* pair = begin; pair < end; ++pair) {
     if (end - pair > 2 * ahead) {
       prefetch(&geoms[laterOf(pair[2 * ahead])]);
-      askFor(geoms[laterOf(pair[ahead])]);
+      prefetchFlags(geoms[laterOf(pair[ahead])]);
       const Slot earlier = earlierOf(pair[ahead]);
-      if (earlier != earlierOf(pair[ahead - 1])) askFor(geoms[earlier]);
+      if (earlier != earlierOf(pair[ahead - 1])) prefetchFlags(geoms[earlier]);
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;

@@ -16,8 +16,8 @@ struct PackRules {
   bool skip_static = false;  // no pairs of geoms without bodies
   bool skip_asleep = false;  // no pairs whose bodies are all disabled
   bool cull_planes = false;  // pairs of planes only with what reaches their half-space
-  bool notified = false;     // what ODE does not tell a space of, the program does
-  bool checked = false;      // whether it does is looked at in every frame
+  bool notified = false;     // the program announces silent changes
+  bool checked = false;      // each frame checks that it does
   dReal tolerance = 0;       // how far apart boxes of a pair may be
 
   // Whether pairs of geoms at rest are no pairs. ODE does not announce it when one comes to rest.
@@ -62,11 +62,11 @@ inline bool passesAABBTests(dxGeom* a, dxGeom* b) {
 // Those that the user sets.
 
 // A dPlane is solid where normal * x <= distance. The corner of the AABB that is deepest in it
-// tells whether the AABB reaches it, but for errors of rounding: those of this sum (three products,
-// three sums), of ODE's own when it computed the AABB from pose and size, and of ODE's collider
-// when it decides what touches. Each is a few times epsilon times the largest numbers that take
-// part, which are bounded by the AABB's own bounds and the distance. 32 times is more than all of
-// them together.
+// decides whether the AABB reaches it, but for errors of rounding: those of this sum (three
+// products, three sums), of ODE's own when it computed the AABB from pose and size, and of ODE's
+// collider when it decides what touches. Each is a few times epsilon times the largest numbers that
+// take part, which are bounded by the AABB's own bounds and the distance. 32 times is more than all
+// of them together.
 constexpr double plane_rounding = 32 * static_cast<double>(std::numeric_limits<dReal>::epsilon());
 
 // The greatest magnitude of the finite ones of two bounds. An infinite one is no result of

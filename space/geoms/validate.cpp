@@ -36,7 +36,7 @@ void GeomUpdate::validate(dxGeom* const* geoms) const {
     const SlotState known = states_[slot];
     count(known, 1, counts);
     // Against its promise the program did not announce it.
-    if (geom && packer_.rules.notified && packer_.changedUnnoticed(geom, slot, known, boxes_))
+    if (geom && packer_.rules.notified && packer_.changedSilently(geom, slot, known, boxes_))
       continue;
     const SlotState state = packer_.pack(geom, slot, unread, anew);
     // A geom at rest may be disabled unseen. One at rest, or disabled, is watched on when it loses
