@@ -111,7 +111,7 @@ class Frames {
       : finders_(finders),
         boxes_(boxes),
         motion_(boxes),
-        candidates_(DeviceChoice::Candidates::upTo(true, devices)) {}
+        candidates_(DeviceChoice::Candidates(true, devices)) {}
 
   double find(int way) {
     motion_.advance();

@@ -16,22 +16,19 @@ class DeviceChoice {
  public:
   static constexpr int most_devices = 16;  // fixed: as many as a machine has; a limit of arrays
 
-  // What may be chosen: the processor, and 1, 2, 4 ... devices up to a number, or this number only.
+  // What may be chosen: the processor, and 1, 2, 4 ... up to all devices, or `only` so many.
   class Candidates {
    public:
-    static Candidates upTo(bool processor, int devices) { return {processor, 1, devices}; }
-    static Candidates only(bool processor, int devices) {
-      return {processor, std::max(1, std::min(devices, most_devices)), devices};
+    Candidates(bool processor, int devices, int only = 0) {
+      if (processor) devices_[count_++] = 0;
+      const int most = std::min(only ? std::min(only, devices) : devices, most_devices);
+      for (int d = only ? std::max(most, 1) : 1; d <= most; d *= 2) devices_[count_++] = d;
     }
     const int* begin() const { return devices_; }
     const int* end() const { return devices_ + count_; }
     bool has(int devices) const { return std::find(begin(), end(), devices) != end(); }
 
    private:
-    Candidates(bool processor, int least, int most) {
-      if (processor) devices_[count_++] = 0;
-      for (int d = least; d <= std::min(most, most_devices); d *= 2) devices_[count_++] = d;
-    }
     int devices_[8] = {};
     int count_ = 0;
   };
@@ -68,7 +65,12 @@ class DeviceChoice {
     if (boxes == 0) return;
     if (choice_ != decision.devices) trial_ = 0;
     choice_ = decision.devices;
-    if (decision.begins_trial) begin(options_[choice_]);
+    if (decision.begins_trial) {
+      Option& tried = options_[choice_];
+      trial_ = tried.settling + trial_frames;
+      if (tried.off > 0)
+        tried.interval = std::min<long>(2 * tried.interval, back_off_range * retry_frames);
+    }
     ++frame_;
     pairs_a_box_ = static_cast<double>(pairs) / static_cast<double>(boxes);
     const bool on_trial = devices == choice_ && trial_ > 0;
@@ -145,11 +147,6 @@ class DeviceChoice {
     const double promised = predict(devices, boxes, pairs), now = predict(best, boxes, pairs);
     if (!isKnown(devices)) return promised < now;
     return frame_ - option.last_frame >= option.interval && promised <= worth_another_try * now;
-  }
-  void begin(Option& option) {
-    trial_ = option.settling + trial_frames;
-    if (option.off > 0)
-      option.interval = std::min<long>(2 * option.interval, back_off_range * retry_frames);
   }
 
   Option options_[most_devices + 1];

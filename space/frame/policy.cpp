@@ -4,23 +4,6 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-// The processor may be chosen, too.
-bool mayTakeProcessor(const Settings& settings) {
-  return settings.backend == dParallelSAPBackendAuto;
-}
-
-// Those of `devices` that the user allows.
-DeviceChoice::Candidates candidatesOf(const Settings& settings, int devices) {
-  const bool processor = mayTakeProcessor(settings);
-  return settings.devices == 0
-             ? DeviceChoice::Candidates::upTo(processor, devices)
-             : DeviceChoice::Candidates::only(processor, std::min(settings.devices, devices));
-}
-
-}  // namespace
-
 bool Policy::isSmall(std::size_t slots, const Settings& settings) {
   return mechanisms::small_scenes && slots <= small_scene_slots &&
          (settings.method == dParallelSAPMethodAuto ||
@@ -58,7 +41,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   }
   extraction.threads = plan.threads;
   // Times must not decide which extra pairs a tolerance lets through.
-  const bool only_cpu = mayTakeProcessor(settings) && settings.rules.tolerance > 0;
+  const bool only_cpu = settings.backend == dParallelSAPBackendAuto && settings.rules.tolerance > 0;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU && !only_cpu)
     planDevices(facts, settings, plan);
   plan.fat_pairs = mechanisms::fat_pairs && plan.use_cache && extraction.devices == 0 &&
@@ -70,7 +53,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
 // only once they are ready, so that no frame waits for them.
 void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const {
   ExtractionPlan& extraction = plan.extraction;
-  const bool processor = mayTakeProcessor(settings);
+  const bool processor = settings.backend == dParallelSAPBackendAuto;  // may be chosen, too
   if (extraction.method == dParallelSAPMethodAxisLists) {
     if (processor) return;
     extraction.devices = std::max(1, settings.devices);
@@ -87,7 +70,7 @@ void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan
   int ready = processor ? facts.devices.ready : std::max(facts.devices.ready, 1);
   if (ready < std::min(settings.devices, facts.devices.usable)) ready = 0;
   plan.weighs_devices = true;
-  plan.device_decision = device_choice_.decide(facts.slots, candidatesOf(settings, ready));
+  plan.device_decision = device_choice_.decide(facts.slots, {processor, ready, settings.devices});
   extraction.devices = plan.device_decision.devices;
 }
 
@@ -97,8 +80,9 @@ int Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& set
     device_choice_.learn(plan.device_decision, std::min(found->devices, DeviceChoice::most_devices),
                          facts.slots, found->candidates, found->extract_ms);
   device_choice_.lost(facts.devices.usable);
-  return device_choice_.learnMissed(facts.slots, candidatesOf(settings, facts.devices.usable),
-                                    facts.devices.ready);
+  const bool processor = settings.backend == dParallelSAPBackendAuto;
+  return device_choice_.learnMissed(
+      facts.slots, {processor, facts.devices.usable, settings.devices}, facts.devices.ready);
 }
 
 }  // namespace ode_parallel_sap

@@ -33,12 +33,12 @@ Run run(DeviceChoice& choice, const Machine& machine, double boxes, int availabl
   for (int frame = 0; frame < frames; ++frame) {
     if (frame == ready_at) ready = made.wanted;
     const auto n = static_cast<std::size_t>(boxes);
-    const DeviceChoice::Decision decision = choice.decide(n, Candidates::upTo(true, ready));
+    const DeviceChoice::Decision decision = choice.decide(n, Candidates(true, ready));
     const int devices = decision.devices;
     if (devices > ready) FAIL(devices << " devices chosen, " << ready << " are ready");
     const double ms = machine(devices, boxes) * (used[devices]++ < 2 ? 10 : 1);
     choice.learn(decision, devices, n, static_cast<std::size_t>(boxes * pairs_a_box), ms);
-    const int wanted = choice.learnMissed(n, Candidates::upTo(true, available), ready);
+    const int wanted = choice.learnMissed(n, Candidates(true, available), ready);
     if (wanted > made.wanted) ready_at = frame + 5;
     made.wanted = std::max(made.wanted, wanted);
     if (frame < frames - counted) {
@@ -138,7 +138,7 @@ TEST_CASE("A choice follows the size of the scene", "[choice]") {
   DeviceChoice choice;
   const Machine& time = machines[0].time;
   CHECK(run(choice, time, 16e6, 4, 300, 10).last == 4);
-  const auto all = Candidates::upTo(true, 4);
+  const auto all = Candidates(true, 4);
   for (int round = 0; round < 3; ++round)
     for (const double boxes : {100.0, 3e4, 1e6, 16e6}) {
       const double ms = play(choice, all, time, boxes, 60);
@@ -183,7 +183,7 @@ TEST_CASE("A device whose first frames were slow is soon known as fast", "[choic
         return d == 0 ? 4.2 : 1.5;
       };
       DeviceChoice choice;
-      const auto all = Candidates::upTo(true, 2);
+      const auto all = Candidates(true, 2);
       const double ms = play(choice, all, time, 500000, 200);
       INFO(slow << " frames slow by " << by);
       CHECK(ms <= 1.05 * 1.2);
@@ -194,17 +194,17 @@ TEST_CASE("Devices that are lost are not chosen", "[choice]") {
   DeviceChoice choice;
   run(choice, machines[0].time, 16e6, 4, 300, 10);
   choice.lost(1);
-  CHECK(choice.decide(16000000, Candidates::upTo(true, 1)).devices <= 1);
+  CHECK(choice.decide(16000000, Candidates(true, 1)).devices <= 1);
   choice.lost(0);
-  CHECK(choice.decide(16000000, Candidates::upTo(true, 0)).devices == 0);
+  CHECK(choice.decide(16000000, Candidates(true, 0)).devices == 0);
 }
 
 TEST_CASE("A number of devices that is set is the only one but the processor", "[choice]") {
-  const auto three = Candidates::only(true, 3);
+  const auto three = Candidates(true, 3, 3);
   CHECK(std::vector<int>(three.begin(), three.end()) == std::vector<int>{0, 3});
-  const auto forced = Candidates::only(false, 100);
+  const auto forced = Candidates(false, 100, 100);
   CHECK(std::vector<int>(forced.begin(), forced.end()) ==
         std::vector<int>{DeviceChoice::most_devices});
   DeviceChoice choice;
-  CHECK(choice.decide(1000, Candidates::only(false, 3)).devices == 3);
+  CHECK(choice.decide(1000, Candidates(false, 3, 3)).devices == 3);
 }
