@@ -56,15 +56,21 @@ class ChangedPairs {
     const int team = teamFor(count, grains::changed_boxes, threads);
     rows_.start(boxes.size, threads);
     hits_.resize(std::max(hits_.size(), static_cast<std::size_t>(team)));
-    const int used = runChunks(meeting_changed, team, count, chunkOf(count, chunk_searches, team),
-                               [&](const Range& range, int thread) {
-                                 for (std::size_t i = range.begin; i < range.end; ++i) {
-                                   const Slot slot = changed[i];
-                                   if (!isActive(boxes, slot)) continue;
-                                   meet(slot, hits_[thread]);
-                                   addPairs(boxes, all_active, slot, set, thread);
-                                 }
-                               });
+    const auto work = [&](const Range& range, int thread) {
+      for (std::size_t i = range.begin; i < range.end; ++i) {
+        const Slot slot = changed[i];
+        if (!isActive(boxes, slot)) continue;
+        meet(slot, hits_[thread]);
+        for (const Slot hit : hits_[thread]) {
+          // A pair of two changed slots is that of the later one.
+          if (hit < boxes.size && hit != slot && !(hit > slot && set.contains(hit)) &&
+              (all_active || isActive(boxes, hit)) && passesFilters(boxes, slot, hit))
+            rows_.add(thread, hit < slot ? makePair(hit, slot) : makePair(slot, hit));
+        }
+      }
+    };
+    const int used =
+        runChunks(meeting_changed, team, count, chunkOf(count, chunk_searches, team), work);
     rows_.writePairs(/*exact=*/true, threads, test, found_);
     return used;
   }
@@ -79,16 +85,6 @@ class ChangedPairs {
     return boxes.wide ? ode_parallel_sap::isActive(boxes.wide_boxes[slot])
                       : ode_parallel_sap::isActive(boxes.boxes[slot]);
   }
-  // A pair of two changed ones is that of the later one.
-  void addPairs(const BoxSet& boxes, bool all_active, Slot slot, const SlotSet& set, int thread) {
-    for (const Slot hit : hits_[thread]) {
-      if (hit >= boxes.size || hit == slot || (hit > slot && set.contains(hit)) ||
-          !(all_active || isActive(boxes, hit)) || !passesFilters(boxes, slot, hit))
-        continue;
-      rows_.add(thread, hit < slot ? makePair(hit, slot) : makePair(slot, hit));
-    }
-  }
-
   static std::size_t merge(const PairSpan& span, const SlotSet& changed, Buffer<Pair>& merged);
 
   RowTable rows_;

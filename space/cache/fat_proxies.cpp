@@ -36,10 +36,9 @@ float marginOf(const Box& box, float share) {
 // The greatest distance of a bound of one from that of the other.
 float distanceOf(const Box& a, const Box& b) {
   float distance = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    distance = std::max(distance, std::fabs(a.lower[axis] - b.lower[axis]));
-    distance = std::max(distance, std::fabs(a.upper[axis] - b.upper[axis]));
-  }
+  for (int axis = 0; axis < 3; ++axis)
+    distance = std::max({distance, std::fabs(a.lower[axis] - b.lower[axis]),
+                         std::fabs(a.upper[axis] - b.upper[axis])});
   return distance;
 }
 
@@ -139,7 +138,7 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
   }
   if (back_off_.skipTurn()) return false;
   if (fat_.size == 0) return slow;
-  // Candidates serve if so few boxes left their fat ones: half of what is found anew as quickly.
+  // Candidates are of use if so few boxes left their fat ones: half of what is found anew as fast.
   if (fat_.filter_bits == boxes.filter_bits && fat_.filter_bodies == boxes.filter_bodies) {
     listLeft(boxes, threads);
     if (2 * left_.count() * changing_share <= boxes.size) {
@@ -147,18 +146,15 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
       return true;
     }
   }
-  const bool in_vain = frames_ < least_service / 2;
+  const bool too_soon = frames_ < least_service / 2;
   stop();
-  if (in_vain) back_off_.failed();
-  return slow && !in_vain;
+  if (too_soon) back_off_.failed();
+  return slow && !too_soon;
 }
 
 void FatProxies::noteUnused() {
   constexpr int held_frames = 64;  // fixed: a second of a program's
-  if (fat_.boxes.capacity() > 0 && ++unused_ > held_frames) release();
-}
-
-void FatProxies::release() {
+  if (fat_.boxes.capacity() == 0 || ++unused_ <= held_frames) return;
   stop();
   fat_ = BoxSet();
   candidates_ = PairList();
@@ -256,14 +252,9 @@ int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest&
 int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, const PairTest& test,
                      PairList& pairs) {
   const ScopedMode mode(exactMode());
-  try {
-    kept_ = unused_ = 0;
-    const int used = fat_.size > 0 ? follow(boxes, threads, sweep) : start(boxes, threads, sweep);
-    return std::max(used, testCandidates(boxes, threads, test, pairs));
-  } catch (...) {
-    release();
-    throw;
-  }
+  kept_ = unused_ = 0;
+  const int used = fat_.size > 0 ? follow(boxes, threads, sweep) : start(boxes, threads, sweep);
+  return std::max(used, testCandidates(boxes, threads, test, pairs));
 }
 
 }  // namespace ode_parallel_sap

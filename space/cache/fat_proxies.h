@@ -19,12 +19,13 @@ namespace ode_parallel_sap {
 class FatProxies {
  public:
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
-  // since the last call, and fat boxes were not left in vain lately. With a `tolerance` that is
+  // since the last call, and did not leave the last fat ones too soon. With a `tolerance` that is
   // enough for their motion margins are a part of it, and all candidates are pairs.
   bool prepare(const BoxSet& boxes, double tolerance, int threads);
   // A frame did without. After many in a row nothing is held.
   void noteUnused();
-  // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does.
+  // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does. Once it threw, it is
+  // to be replaced.
   int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, const PairTest& test,
            PairList& pairs);
 
@@ -46,7 +47,6 @@ class FatProxies {
   int follow(const BoxSet& boxes, int threads, Sweep<float>& sweep);
   int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
-  void release();
 
   float tolerance_ = 0;
   BackOff back_off_{4};

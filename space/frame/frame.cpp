@@ -163,57 +163,52 @@ void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCall
   }
   const Reports::Open open(frame.call.scene.reports);
   LargeLists& lists = *frame.call.lists.large;
-  if (isWorthResolving(frame.call.scene, frame.plan.threads) &&
+  const Scene& scene = frame.call.scene;
+  const int threads = frame.plan.threads;
+  if (((scene.slots.size() >= far_slots && threads >= least_resolving_threads) ||
+       (threads > 1 && teamsAreTested())) &&
       hasRoom(frame.call.lists, resolved_pairs))
-    return reportResolved(pairs, frame.call.scene, frame.plan.threads, lists.contact_pairs.data(),
-                          lists.limit, data, callback);
-  reportPairs(pairs, frame.call.scene, lists.limit,
+    return reportResolved(pairs, scene, threads, lists.contact_pairs.data(), lists.limit, data,
+                          callback);
+  reportPairs(pairs, scene, lists.limit,
               [=](Pair, std::size_t, dxGeom* a, dxGeom* b) { callback(data, a, b); });
 }
 
-// Where memory ends, the stages begin anew on one thread, with all of it
-// that was held. Null where it ends again, and `receiver` has got pairs as they were found.
+// Where memory ends, the stages begin anew on one thread, with all of it that was held. Where it
+// ends again, `receiver` gets the pairs as they are found; null.
 const PairList* Pipeline::findPairs(Frame& frame, const PairReceiver& receiver) {
+  const FrameCall& call = frame.call;
   for (const bool last : {false, true}) try {
       return &tryFindPairs(frame);
     } catch (const std::bad_alloc&) {
-      giveBack(frame.call);
-      Plan& plan = frame.plan = decide(frame.call);
+      // What the stages fill again; what the frames around this one use stays.
+      if (call.lists.large) *call.lists.large = LargeLists();
+      if (stages_) {
+        stages_->geom_update = GeomUpdate();
+        stages_->extraction.release();
+        stages_->cache = PairCache();
+        stages_->fat = FatProxies();
+        if (GeomTree* const tree = call.tree.get(); tree && !call.scene.nested) tree->release();
+      }
+      Plan& plan = frame.plan = decide(call);
       plan.threads = plan.extraction.threads = 1;
       plan.extraction.devices = 0;
       plan.fat_pairs = plan.weighs_devices = false;
       const std::size_t moved = frame.stats.moved;
       frame.stats = {};
       frame.stats.moved = moved;
-      if (last && events_ && !frame.call.scene.nested) events_->updateUnknown();
+      if (last && events_ && !call.scene.nested) events_->updateUnknown();
     }
-  reportWithoutMemory(frame, receiver);
-  return nullptr;
-}
-
-// What a frame that finds all pairs fills again; what the frames around it use stays.
-void Pipeline::giveBack(const FrameCall& call) {
-  if (call.lists.large) *call.lists.large = LargeLists();
-  if (!stages_) return;
-  stages_->geom_update = GeomUpdate();
-  stages_->extraction.release();
-  stages_->cache = PairCache();
-  stages_->fat = FatProxies();
-  GeomTree* const tree = call.tree.get();
-  if (tree && !call.scene.nested) tree->release();
-}
-
-// The last resort: finds and reports at once.
-void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
   frame.begin(&dParallelSAPStats::report_ms);
   complaints.ofNoMemory();
   const std::size_t moved = frame.stats.moved;
-  frame.stats = updateWithoutMemory(frame.call.scene);
+  frame.stats = updateWithoutMemory(call.scene);
   frame.stats.moved += moved;
   statistics.note(frame.stats);
-  LargeLists* const lists = frame.call.lists.large.get();
-  collideWithoutMemory(frame.call.scene, frame.plan.rules, lists ? &lists->last_resort : nullptr,
+  LargeLists* const lists = call.lists.large.get();
+  collideWithoutMemory(call.scene, frame.plan.rules, lists ? &lists->last_resort : nullptr,
                        frame.stats, receiver);
+  return nullptr;
 }
 
 void Pipeline::beginFrame(const FrameCall& call, bool contacts) {
@@ -292,7 +287,6 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
         narrow_phase.run(pairs.list(), request, frame.plan.most_threads, call.manual_cleanup,
                          knows_touches ? events_->touches() : nullptr);
     updateTouches(frame, pairs, narrow_phase);
-    frame.begin(&dParallelSAPStats::report_ms);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
     if (!call.scene.nested && observers.isDue())
@@ -300,9 +294,9 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
-    frame.begin(&dParallelSAPStats::report_ms);
     frame.stats.narrow_threads = 1;
   }
+  frame.begin(&dParallelSAPStats::report_ms);
   statistics.note(frame.stats);  // should a contact callback throw, or collide again
   if (found)
     narrow_phase.report(pairs, request);

@@ -176,8 +176,6 @@ class Pipeline {
   void showPairs(const FrameCall& call, const PairList& pairs);
   void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
   const PairList* findPairs(Frame& frame, const PairReceiver& receiver);
-  void giveBack(const FrameCall& call);
-  void reportWithoutMemory(Frame& frame, const PairReceiver& receiver);
   void beginFrame(const FrameCall& call, bool contacts);
   std::size_t endFrame(Frame& frame);
   SceneFacts factsOf(const FrameCall& call);

@@ -39,7 +39,7 @@ struct PairsBySlot {
   dParallelSAPPair of(const Pair* pair) const {
     return {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
   }
-  void ask(const Pair* pair, bool reads) const {
+  void prefetchAhead(const Pair* pair, bool reads) const {
     prefetch(pair + pairs_ahead);
     prefetch(&geoms[laterOf(pair[4 * geoms_ahead])]);
     if (reads)
@@ -47,10 +47,10 @@ struct PairsBySlot {
   }
 };
 
-// Pairs whose geoms threads have looked up.
+// Pairs whose geoms threads have resolved.
 struct ResolvedPairs {
   dParallelSAPPair of(const dParallelSAPPair* pair) const { return *pair; }
-  void ask(const dParallelSAPPair* pair, bool reads) const {
+  void prefetchAhead(const dParallelSAPPair* pair, bool reads) const {
     prefetch(pair + pairs_ahead / 4);
     if (reads) prefetchForCallback(pair[2 * geoms_ahead].o2, pair[geoms_ahead].o2);
   }
@@ -80,7 +80,7 @@ bool reportUnchanged(const Pairs& pairs, const Entry*& pair, const Entry* end, b
         milliseconds(before, Clock::now()) > least_callback_ms * static_cast<double>(tried_pairs);
     if ((reads || far) && end - pair > pairs_ahead) setLimit(std::min(stretch, end - pairs_ahead));
     for (; pair < limit; ++pair) {
-      pairs.ask(pair, reads);
+      pairs.prefetchAhead(pair, reads);
       call(pair, pairs.of(pair));
     }
     for (setLimit(stretch); pair < limit; ++pair) call(pair, pairs.of(pair));
@@ -116,14 +116,9 @@ void reportPairs(const PairList& pairs, const Scene& scene, const void*& limit, 
   }
 }
 
-// Whether all threads should look up the geoms before the report. The calling thread alone would
-// wait for the table, which is too large for its own caches.
-inline bool isWorthResolving(const Scene& scene, int threads) {
-  return (scene.slots.size() >= far_slots && threads >= least_resolving_threads) ||
-         (threads > 1 && teamsAreTested());
-}
-// Calls the callback for the same pairs in the same order. Threads look up the geoms of
-// resolved_pairs at a time, for which there is `room`.
+// Calls the callback for the same pairs in the same order. Threads resolve the geoms of
+// resolved_pairs at a time, for which there is `room`. The calling thread alone would wait for the
+// table of a large scene.
 void reportResolved(const PairList& pairs, const Scene& scene, int threads, dParallelSAPPair* room,
                     const void*& limit, void* data, dNearCallback* callback);
 

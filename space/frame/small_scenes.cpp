@@ -103,8 +103,8 @@ __attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallLists& lists,
   return true;
 }
 
-// Lists the geoms that take part, or with `listed` tells whether they are those in the list, whose
-// AABBs are as they were. All are clean. `by_filters`: some two may not meet by their bits or
+// Lists the geoms that take part, or with `listed` returns whether they are those in the list,
+// whose AABBs are as they were. All are clean. `by_filters`: some two may not meet by their bits or
 // bodies: no bit is in all, or a geom is followed by another one of its body, as all but the last
 // are. (A walk along ODE's list would wait for each geom.) Needs exactMode(), unless `listed`.
 template <bool listed>
@@ -141,23 +141,6 @@ inline unsigned filter(SmallLists& lists, Keeps keeps) {
   return kept;
 }
 
-// The pairs, of the geoms listed if they are `still` those that take part. Returns their number,
-// the AABBTest functions apart. All AABBs are up to date. Needs exactMode().
-inline unsigned findAmongClean(const Scene& scene, const PairRule& rule, bool still,
-                               bool by_filters, SmallLists& lists, FrameCounts& counts) {
-  if (!still) {
-    lists.unbounded = 0;
-    lists.user_classes = false;
-    listActive<false>(scene.slots, lists, counts, by_filters);
-    lists.overlaps = lists.actives > most_without_vectors
-                         ? findByVectors(lists, lists.actives)
-                         : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
-  }
-  lists.takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
-  if (lists.takes_all && !still) return lists.overlaps;
-  return filter(lists, [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); });
-}
-
 // Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. `still`: no geom
 // became dirty, came or went since the last frame. Reads the thread's floating-point mode before it
 // computes: reading it waits for all computations before. `counts` are written member by member and
@@ -179,7 +162,17 @@ inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLi
     }
     std::optional<ScopedMode> mode;
     if (!is_exact) mode.emplace(exactMode());
-    pairs = findAmongClean(scene, rule, still, by_filters, lists, counts);
+    if (!still) {
+      lists.unbounded = 0;
+      lists.user_classes = false;
+      listActive<false>(scene.slots, lists, counts, by_filters);
+      lists.overlaps = lists.actives > most_without_vectors
+                           ? findByVectors(lists, lists.actives)
+                           : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
+    }
+    lists.takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
+    const auto mayPair = [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); };
+    pairs = lists.takes_all && !still ? lists.overlaps : filter(lists, mayPair);
   }
   counts.geoms = static_cast<unsigned>(scene.count);
   counts.unbounded = lists.unbounded;

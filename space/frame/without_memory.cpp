@@ -216,14 +216,10 @@ __attribute__((noinline)) void findOnStack(const Buffer<dxGeom*>& geoms, Use use
   findInParts(geoms.size(), Part::least_geoms, {geoms, room, Part::least_geoms}, use);
 }
 
-// Both without AABBTest functions; the latter of geoms whose AABBs overlap.
+// The AABBTest functions apart.
 bool isHitOf(const dxGeom* geom, const dxGeom* own, const PackRules& rules) {
   const ScopedMode mode(exactMode());
   return boxesOverlap(own, geom) && isHit(own, geom, rules);
-}
-bool mayPair(const PairRule& rule, dxGeom* a, dxGeom* b) {
-  const ScopedMode mode(exactMode());
-  return PairRule::takesPart(a) && PairRule::takesPart(b) && rule.mayPair(a, b);
 }
 
 }  // namespace
@@ -247,10 +243,14 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, Buffer<Pai
   const PairRule rule(rules);
   const Reports::Open open(scene.reports, receiver.opens);
   const Buffer<dxGeom*>& geoms = scene.slots;
-  // Asked before each pair: the callback may disable or destroy them.
+  // The callback may disable or destroy geoms of later pairs.
+  const auto mayPair = [&](dxGeom* a, dxGeom* b) {
+    const ScopedMode mode(exactMode());
+    return a && b && rule.takesPart(a) && rule.takesPart(b) && rule.mayPair(a, b);
+  };
   const auto report = [&](Pair pair) {
     dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
-    if (!a || !b || !mayPair(rule, a, b)) return;
+    if (!mayPair(a, b)) return;
     ++stats.candidates;
     if (!passesAABBTests(a, b)) return;
     ++stats.pairs;

@@ -217,7 +217,7 @@ class ParallelSAPSpace::SpannedCall : public Call {
   char span_[1024];
 };
 
-// One without a workspace is not told of changes.
+// Without a workspace it learns of no change.
 inline Reports ParallelSAPSpace::reportsOf(const Call& call) {
   if (call.isGuest()) return {};
   const Reports reports(this, edits_, slots_.geoms());
@@ -302,7 +302,7 @@ void ParallelSAPSpace::printAtExit() {
   all.spaces.clear();
 }
 
-// ODE's own function goes through the list, unless the geom after the last one is asked for.
+// ODE's own function goes through the list, unless the geom after the last one is wanted.
 dxGeom* ParallelSAPSpace::getGeom(int index) {
   const bool by_slot = index >= 0 && index < count && slots_.size() == std::size_t(count);
   return by_slot ? slots_.geoms()[index] : dxSpace::getGeom(index);
@@ -365,7 +365,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   slots_.remove(geom, isLocked(), [&] { dxSpace::remove(geom); });
 }
 
-// A geom came or leaves: running reports are told.
+// A geom came or leaves. Running reports learn of that.
 void ParallelSAPSpace::noteMember() {
   edits_.noteChange();
   for (Workspace* each = &workspace_; each; each = each->inner.get())
@@ -560,10 +560,10 @@ void ParallelSAPSpace::runFrame(Collide collide) {
     slots_.validate(first, std::size_t(count));
     silent_.validate(slots_.geoms());
   }
-  with(call.workspace() ? &call.workspace()->frame : nullptr, [&](FrameLists& lists) {
-    last_pairs_ =
-        collide({scene(call.nested(), reportsOf(call)), lists, tree_, getManualCleanup() != 0});
-  });
+  std::optional<FrameLists> own;  // without memory for a workspace
+  FrameLists& lists = call.workspace() ? call.workspace()->frame : own.emplace();
+  last_pairs_ =
+      collide({scene(call.nested(), reportsOf(call)), lists, tree_, getManualCleanup() != 0});
   if constexpr (validates) edits_.validate(slots_.geoms());
   if (call.nested()) return;
   pipeline_.observers.forEach(

@@ -49,7 +49,7 @@ class CellTrees {
     const std::uint32_t place = placeOf(slot);
     return place < cells() * group_size && move(place, box, /*may_grow=*/false);
   }
-  // Asks for what these change.
+  // Prefetches what these change.
   void prefetchPlace(Slot slot) const;
 
   // Writes twice the slots of all boxes that overlap `box` (closed intervals), each once, in no

@@ -87,20 +87,20 @@ template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
   const ScopedMode mode(exactMode());
   packed_ = nullptr;
-  if (mayReuseCells(boxes, threads)) {
+  bool are_good = mayReuseCells(boxes, threads);
+  if (are_good) {
     trees_.build(boxes, order_, threads);
-    if (areGoodCells()) {
-      packed_ = &boxes;
-      return;
-    }
+    are_good = areGoodCells();
   }
-  has_cells_ = false;
-  order_.build(boxes, threads, workspace);
-  trees_.build(boxes, order_, threads);
-  spans_.resizeDiscarding(0);
-  forSpans([this](Real span) { spans_.push_back(span); });
-  reuses_ = 0;
-  has_cells_ = true;
+  if (!are_good) {
+    has_cells_ = false;
+    order_.build(boxes, threads, workspace);
+    trees_.build(boxes, order_, threads);
+    spans_.resizeDiscarding(0);
+    forSpans([this](Real span) { spans_.push_back(span); });
+    reuses_ = 0;
+    has_cells_ = true;
+  }
   packed_ = &boxes;
 }
 

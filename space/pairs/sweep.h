@@ -56,7 +56,7 @@ class Sweep : public PairFinder {
   SlotSet active_;        // those of them that take part
   Buffer<Real> spans_;    // of all cells when they were cut
   int reuses_ = 0;        // frames since then
-  BackOff back_off_{1};   // trees over cells of no use are built in vain
+  BackOff back_off_{1};   // from trees over cells that have grown
 };
 
 }  // namespace ode_parallel_sap
