@@ -27,7 +27,7 @@ constexpr std::size_t few_share = 8, row_storage_blocks = 64;
 
 }  // namespace
 
-std::uint64_t* RowTable::Space::addBlock(std::size_t chunk) {
+std::uint64_t* RowTable::Blocks::addBlock(std::size_t chunk) {
   if (room == 0) {
     if (storage_used == storage.size()) storage.emplace_back();
     storage[storage_used].resizeDiscarding(row_storage_blocks * block_words + block_words);
@@ -46,14 +46,14 @@ std::uint64_t* RowTable::Space::addBlock(std::size_t chunk) {
   return block + block_head;
 }
 
-std::size_t RowTable::Space::pairsOf(std::size_t chunk) const {
+std::size_t RowTable::Blocks::pairsOf(std::size_t chunk) const {
   if (block_counts[chunk] == 0) return 0;
   const std::size_t last = reinterpret_cast<std::uintptr_t>(ends[chunk] - 1) % row_block_bytes / 8;
   return (block_counts[chunk] - 1) * block_pairs_held + last + 1 - block_head;
 }
 
 template <class Use>
-void RowTable::Space::forPairs(std::size_t chunk, Use use) const {
+void RowTable::Blocks::forPairs(std::size_t chunk, Use use) const {
   for (const std::uint64_t* end = ends[chunk]; end;) {
     const std::size_t last = reinterpret_cast<std::uintptr_t>(end - 1) % row_block_bytes / 8;
     const std::uint64_t *const block = end - 1 - last, *const pairs = block + block_head,
@@ -76,25 +76,25 @@ void RowTable::start(std::size_t slots, int threads) {
   while (slots >> chunk_bits_ >= most_chunks) ++chunk_bits_;
   const std::size_t chunks = (slots >> chunk_bits_) + 1;
   for (std::size_t thread = 0; thread < static_cast<std::size_t>(threads); ++thread) {
-    if (thread == spaces_.size()) spaces_.push_back(std::make_unique<Space>());
-    Space& space = *spaces_[thread];
-    space.chunk_bits = chunk_bits_;
-    space.ends.resizeDiscarding(chunks);
-    std::fill(space.ends.begin(), space.ends.end(), nullptr);
-    space.block_counts.resizeDiscarding(chunks);
-    std::fill(space.block_counts.begin(), space.block_counts.end(), 0);
-    space.next = space.ends.data();
-    space.storage_used = space.room = 0;
+    if (thread == blocks_.size()) blocks_.push_back(std::make_unique<Blocks>());
+    Blocks& blocks = *blocks_[thread];
+    blocks.chunk_bits = chunk_bits_;
+    blocks.ends.resizeDiscarding(chunks);
+    std::fill(blocks.ends.begin(), blocks.ends.end(), nullptr);
+    blocks.block_counts.resizeDiscarding(chunks);
+    std::fill(blocks.block_counts.begin(), blocks.block_counts.end(), 0);
+    blocks.next = blocks.ends.data();
+    blocks.storage_used = blocks.room = 0;
   }
 }
 
 // Returns whether a pair may be borderline.
-bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& space, Pair* begin,
+bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Blocks& blocks, Pair* begin,
                           Pair* end) {
   const std::size_t first = chunk << chunk_bits_;
   const std::size_t slots = std::min(std::size_t{1} << chunk_bits_, slots_ - first);
   const auto forPairs = [&](auto use) {
-    for (int thread = 0; thread < threads; ++thread) spaces_[thread]->forPairs(chunk, use);
+    for (int thread = 0; thread < threads; ++thread) blocks_[thread]->forPairs(chunk, use);
   };
   if (few_share * static_cast<std::size_t>(end - begin) < slots) {  // sorted by comparisons
     const Pair mark = exact ? 0 : 1;
@@ -106,16 +106,16 @@ bool RowTable::writeChunk(std::size_t chunk, bool exact, int threads, Space& spa
     std::sort(begin, end, [](Pair a, Pair b) { return a << 1 < b << 1; });
     return any;
   }
-  space.row_ends.resizeDiscarding(slots + 1);
-  std::uint32_t* const ends = space.row_ends.data();  // until rows are filled, where they begin
+  blocks.row_ends.resizeDiscarding(slots + 1);
+  std::uint32_t* const ends = blocks.row_ends.data();  // until rows are filled, where they begin
   std::fill_n(ends, slots + 1, 0);
   forPairs([&](std::uint64_t pair) { ++ends[(pair >> 33) - first + 1]; });
   const std::uint32_t longest = *std::max_element(ends, ends + slots + 1);
   for (std::size_t i = 0; i < slots; ++i) ends[i + 1] += ends[i];
   if (static_cast<std::size_t>(end - begin) > most_row_pairs) throw std::bad_alloc();
   const std::size_t count = end - begin + group_size;
-  space.words.resizeDiscarding(count + longest + group_size);
-  std::uint32_t* const words = space.words.data();
+  blocks.words.resizeDiscarding(count + longest + group_size);
+  std::uint32_t* const words = blocks.words.data();
   std::fill_n(words + (end - begin), group_size, 0);
   forPairs([&](std::uint64_t pair) {
     words[ends[(pair >> 33) - first]++] = static_cast<std::uint32_t>(pair);
@@ -129,7 +129,7 @@ int RowTable::writePairs(bool exact, int threads, const PairTest* test, PairList
   std::size_t count = 0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
     chunk_begin_[chunk] = count;
-    for (int thread = 0; thread < threads; ++thread) count += spaces_[thread]->pairsOf(chunk);
+    for (int thread = 0; thread < threads; ++thread) count += blocks_[thread]->pairsOf(chunk);
   }
   chunk_begin_[chunks] = count;
   pairs.clear(1);
@@ -143,7 +143,7 @@ int RowTable::writePairs(bool exact, int threads, const PairTest* test, PairList
         Pair* const begin = written + chunk_begin_[range.begin];
         Pair* const end = written + chunk_begin_[range.begin + 1];
         const bool marked =
-            begin < end && writeChunk(range.begin, exact, threads, *spaces_[thread], begin, end);
+            begin < end && writeChunk(range.begin, exact, threads, *blocks_[thread], begin, end);
         const bool is_open = test && (marked || test->everyPair());
         chunks_[range.begin] = {begin, is_open ? test->keep(begin, end) : end, test || !marked};
       },

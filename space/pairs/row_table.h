@@ -19,25 +19,25 @@ class RowTable {
   // Makes ready for the pairs of a frame.
   void start(std::size_t slots, int threads);
   // Where a kernel of that thread puts pairs.
-  RowSpace& space(int thread) { return *spaces_[thread]; }
+  RowBlocks& blocks(int thread) { return *blocks_[thread]; }
   // Adds a pair, which may be marked as borderline, on that thread.
   void add(int thread, Pair pair) {
-    Space& space = *spaces_[thread];
+    Blocks& blocks = *blocks_[thread];
     const std::size_t chunk = earlierOf(pair) >> chunk_bits_;
-    std::uint64_t* to = space.ends[chunk];
-    if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0) to = space.addBlock(chunk);
+    std::uint64_t* to = blocks.ends[chunk];
+    if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0) to = blocks.addBlock(chunk);
     *to = Pair{earlierOf(pair)} << 33 | Pair{laterOf(pair)} << 1 | Pair{isMarkedBorderline(pair)};
-    space.ends[chunk] = to + 1;
+    blocks.ends[chunk] = to + 1;
   }
   // Leaves the pairs that so many threads found and that the test keeps, in order, in the first
   // part of `pairs`; unless `exact`, borderline ones may be marked. Returns the number of threads
   // used.
   int writePairs(bool exact, int threads, const PairTest* test, PairList& pairs);
-  std::size_t bytes() const { return bytesOf(spaces_, chunk_begin_, chunks_); }
+  std::size_t bytes() const { return bytesOf(blocks_, chunk_begin_, chunks_); }
 
  private:
   // A thread's own storage.
-  struct alignas(64) Space final : RowSpace {
+  struct alignas(64) Blocks final : RowBlocks {
     std::uint64_t* addBlock(std::size_t chunk) override;
     std::size_t pairsOf(std::size_t chunk) const;
     template <class Use>
@@ -52,11 +52,12 @@ class RowTable {
     Buffer<std::uint32_t> words, row_ends;
   };
 
-  bool writeChunk(std::size_t chunk, bool exact, int threads, Space& space, Pair* begin, Pair* end);
+  bool writeChunk(std::size_t chunk, bool exact, int threads, Blocks& blocks, Pair* begin,
+                  Pair* end);
 
   std::size_t slots_ = 0;
   int chunk_bits_ = 0;
-  std::vector<std::unique_ptr<Space>> spaces_;
+  std::vector<std::unique_ptr<Blocks>> blocks_;
   Buffer<std::size_t> chunk_begin_;
   Buffer<PairList::Run> chunks_;  // their pairs
 };

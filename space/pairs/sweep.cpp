@@ -113,7 +113,7 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs, const P
   rows_.start(boxes.size, threads);
   const int used =
       runChunks(sweeping, threads, tasks_.size(), 1, [&](const Range& range, int thread) {
-        kernels<Real>().findPairs(tasks_[range.begin], rows_.space(thread));
+        kernels<Real>().findPairs(tasks_[range.begin], rows_.blocks(thread));
       });
   return std::max(used, rows_.writePairs(boxes.exact, threads, test, pairs));
 }

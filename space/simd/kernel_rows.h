@@ -54,13 +54,13 @@ struct CellMeeting {
 
   const Group<Real>* const cells;  // of all trees
   const GroupFilter* const filters;
-  RowSpace& space;
+  RowBlocks& blocks;
   std::size_t count = 0;
   std::uint32_t codes[most + group_size];  // sixteen times the cell, plus the lane
   std::uint32_t masks[most + group_size];  // of hits
 
-  CellMeeting(const Group<Real>* cells, const GroupFilter* filters, RowSpace& space)
-      : cells(cells), filters(filters), space(space) {}
+  CellMeeting(const Group<Real>* cells, const GroupFilter* filters, RowBlocks& blocks)
+      : cells(cells), filters(filters), blocks(blocks) {}
 
   void list(std::size_t cell, std::size_t near, unsigned mask) {
     const auto first = static_cast<std::uint32_t>(near * group_size);
@@ -109,8 +109,8 @@ struct CellMeeting {
   // Puts pairs of boxes of a cell and others, by masks, into the chunks of the earlier slots.
   template <class Other>
   void passOn(const Group<Real>& boxes, std::size_t met, Other other) {
-    const int shift = space.chunk_bits + 33;
-    std::uint64_t** const next = space.next;
+    const int shift = blocks.chunk_bits + 33;
+    std::uint64_t** const next = blocks.next;
     std::uint64_t words[2 * group_size];
     for (int i = 0; i < group_size; ++i) {
       words[i] = std::uint64_t{boxes.slot[i]} << 33;
@@ -121,7 +121,7 @@ struct CellMeeting {
       const std::uint64_t least = pair < turned ? pair : turned;
       std::uint64_t* to = next[least >> shift];
       if (reinterpret_cast<std::uintptr_t>(to) % row_block_bytes == 0)
-        to = space.addBlock(least >> shift);
+        to = blocks.addBlock(least >> shift);
       *to = least;
       next[least >> shift] = to + 1;
     });
@@ -131,12 +131,12 @@ struct CellMeeting {
 // The trees are walked once for all cells below a node; then each of them chooses among what was
 // found.
 template <bool filtered, class Real>
-void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
+void findPairsOf(const PairSearch<Real>& search, RowBlocks& blocks) {
   const TreeView<Real>& own = search.trees[search.own];
   const std::size_t first_cell = own.first_cell;
   NearCells<Real> near;
   CellMeeting<filtered, Real> meeting(own.levels[0] - first_cell,
-                                      filtered ? own.filters - first_cell : nullptr, space);
+                                      filtered ? own.filters - first_cell : nullptr, blocks);
   for (std::size_t begin = search.begin, end; begin < search.end; begin = end) {
     const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
     end = node_end < search.end ? node_end : search.end;
@@ -177,9 +177,9 @@ void findPairsOf(const PairSearch<Real>& search, RowSpace& space) {
 }
 
 template <class Real>
-void findPairs(const PairSearch<Real>& search, RowSpace& space) {
+void findPairs(const PairSearch<Real>& search, RowBlocks& blocks) {
   (search.trees[search.own].filters ? findPairsOf<true, Real> : findPairsOf<false, Real>)(search,
-                                                                                          space);
+                                                                                          blocks);
 }
 
 // Sorting networks on words in vectors of four: two vectors hold words to compare side by side, and

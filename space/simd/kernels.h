@@ -57,7 +57,7 @@ struct PairSearch {
 // Where a thread puts pairs: those of 2^chunk_bits earlier slots go to blocks of their own. A pair
 // is twice the later slot below twice the earlier one, 1 more where floats cannot decide.
 constexpr std::size_t row_block_bytes = 512;  // fixed: to which blocks are aligned
-struct RowSpace {
+struct RowBlocks {
   int chunk_bits = 0;
   // By chunk, where its next pair goes. A multiple of row_block_bytes: into a new block.
   std::uint64_t** next = nullptr;
@@ -65,7 +65,7 @@ struct RowSpace {
   virtual std::uint64_t* addBlock(std::size_t chunk) = 0;
 
  protected:
-  ~RowSpace() = default;
+  ~RowBlocks() = default;
 };
 
 // The pairs of a chunk: for each slot from `first` on a row of words, in no order, which is lost.
@@ -113,7 +113,7 @@ struct Kernels {
   void (*packBounds)(const Group<Real>* children, std::size_t count, std::size_t begin,
                      std::size_t end, Group<Real>* parents);
   // Finds the pairs of some cells, each once.
-  void (*findPairs)(const PairSearch<Real>& search, RowSpace& space);
+  void (*findPairs)(const PairSearch<Real>& search, RowBlocks& blocks);
   // Brute force: writes the places, ascending and counted through all cells, of the boxes behind
   // the one in a place that overlap it. Returns their number; up to sixteen numbers beyond are
   // written.

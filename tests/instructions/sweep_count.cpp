@@ -46,7 +46,7 @@ std::size_t pairsOf(const BoxSet& boxes, int frames) {
     rows.start(boxes.size, 1);
     for (std::size_t i = 0; i < trees.count(); ++i)
       kernels<float>().findPairs({trees.views(), trees.count(), i, 0, trees.cells(i)},
-                                 rows.space(0));
+                                 rows.blocks(0));
     rows.writePairs(boxes.exact, 1, nullptr, pairs);
   }
   return pairs.size();
