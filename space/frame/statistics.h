@@ -191,9 +191,9 @@ class Statistics {
   // What a frame has done so far: before the report, which may throw or collide again, and after.
   // Without memory no more than what is noted of a small one.
   void note(const dParallelSAPStats& frame) {
-    small_ = {countsOf(frame), 0, 0};
-    if (!made(last_)) return;
-    last_was_small_ = false;
+    small_ = {};
+    last_was_small_ = !made(last_);
+    if (last_was_small_) return void(small_.counts = countsOf(frame));
     *last_ = frame;
     last_->threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
   }

@@ -148,12 +148,9 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, SlotAt slotAt,
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
   const auto nothing = [](const dxGeom*, Slot, UpdatePart&) {};
-  if (changed) {
-    changed->listBelow(slots, slots_);
-    forGeoms(geoms, slots_.size(), slotsOf(slots_), threads, nothing);
-  } else {
-    forGeoms(geoms, slots, slotsFrom(0), threads, nothing);
-  }
+  if (!changed) return void(forGeoms(geoms, slots, slotsFrom(0), threads, nothing));
+  changed->listBelow(slots, slots_);
+  forGeoms(geoms, slots_.size(), slotsOf(slots_), threads, nothing);
 }
 
 int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
