@@ -139,7 +139,7 @@ bool PairEvents::rests(dxGeom* a, dxGeom* b, const PackRules& rules) {
   State state;
   {
     const ScopedMode mode(exactMode());
-    state = stateOf(a, b, PairRule(rules));
+    state = boxesOverlap(a, b) ? stateOf(a, b, PairRule(rules)) : State::ends;
   }
   return state == State::rests || (state != State::ends && passesAABBTests(a, b));
 }

@@ -132,7 +132,8 @@ enum {
   dParallelSAPMethodBruteForce, /* all (n*n-n)/2 pairs, in equal parts a thread */
   dParallelSAPMethodAxisLists   /* the pairs of each axis as lists, then their intersection */
 };
-/* Default: Auto. Returns 1, or 0 and changes nothing if there is no such method. */
+/* Default: Auto. Returns 1. A number that is no method is an error; without assertions in ODE it
+ * returns 0 and changes nothing. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetMethod(dSpaceID space, int method);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
@@ -357,8 +358,9 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetQueryFilter(dSpaceID space,
  *   Other collides change no touch, and asking for touches after one says so once.
  *
  * A pair that SetSkipStatic or SetSkipAsleep leaves out does not end. Nor does its touch. Both end
- * when a geom leaves or is disabled, or when bits or AABBs match no longer. A geom that is removed
- * and added again ends its pairs and touches, and begins them anew.
+ * when a geom leaves or is disabled, when bits match no longer, or when AABBs are apart, by more
+ * than a tolerance. A geom that is removed and added again ends its pairs and touches, and begins
+ * them anew.
  *
  * Geoms in sub-spaces have touches, too, but pairs are those of the space itself. Such a geom
  * keeps its touches if its sub-space leaves and comes back between two collides. So does a geom
@@ -477,8 +479,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
  * Units: the depth of a contact that is still to come is minus the way that is left. Joints then
  * need dContactMotionN with motionN = depth / step, but not beside dContactBounce. A geom without
  * a body or with a kinematic one turns a fast body by friction only. Between two other bodies the
- * impulse is near the right one: the guide says how near. Up to 1,000 places are tried, a quarter
- * of that side apart. Threads: no other thread may use these geoms. */
+ * impulse is near the right one: the guide says how near. Where these would slide or turn while
+ * they approach, the depth is 0. Up to 1,000 places are tried, a quarter of that side apart.
+ * Threads: no other thread may use these geoms. */
 ODE_PARALLEL_SAP_API int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags,
                                                   dContactGeom* contacts, int skip);
 
