@@ -117,9 +117,9 @@ constexpr int cell_lengths = 6;
 // Up to this number of slots brute force is as fast as the sweep on one thread.
 constexpr std::size_t brute_force_slots = 200;
 
-// Up to this number if the last frame's pairs were a sixteenth of all. 300 boxes in one place took
-// 0.53 of the sweep's time. Those that leave it take 1.6 times as long in one frame; 1,000 would
-// take 2.2 times as long.
+// Up to this number if the last frame had more than a sixteenth of all pairs. 300 boxes in one
+// place took 0.53 of the sweep's time. Those that leave it take 1.6 times as long in one frame;
+// 1,000 would take 2.2 times as long.
 constexpr std::size_t crowded_slots = 500, crowded_share = 32;
 
 // Up to this number of geoms pairs of a small scene are tested without vectors.

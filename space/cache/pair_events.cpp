@@ -139,7 +139,7 @@ bool PairEvents::rests(dxGeom* a, dxGeom* b, const PackRules& rules) {
   State state;
   {
     const ScopedMode mode(exactMode());
-    state = boxesOverlap(a, b) ? stateOf(a, b, PairRule(rules)) : State::ends;
+    state = stateOf(a, b, PairRule(rules));
   }
   return state == State::rests || (state != State::ends && passesAABBTests(a, b));
 }

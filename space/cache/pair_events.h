@@ -100,7 +100,7 @@ class PairEvents {
   static int touchingBit(const Buffer<dxGeom*>& geoms);
   static void forget(dxGeom* geom) { geom->gflags &= ~(nested_spaces * lowest_touching); }
   static void sortByPlace(Buffer<Event>& events);
-  // Whether a pair that has ended is left out now only because it rests. No tolerance keeps it.
+  // Whether a pair is left out only because it rests.
   static bool rests(dxGeom* a, dxGeom* b, const PackRules& rules);
   // By place; of no pair if the last frame had no events.
   const Number* numbers() const { return previous_.numbers.data(); }

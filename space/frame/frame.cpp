@@ -49,13 +49,15 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
   frame.begin(&dParallelSAPStats::update_ms);
   const PairCache::Kept kept = cache.begin(plan.use_cache, call.scene.slots, plan.rules,
                                            plan.threads, call.tree, update, stats);
+  if (kept.unannounced.count)
+    complaints.ofUnannounced(call.geoms()[kept.unannounced.first], kept.unannounced.count);
   if (!kept.any) {
     stats.find_threads = update.pack(call.geoms(), call.slots(), plan.rules, plan.threads,
                                      extraction.devices.reader(plan.extraction));
     stats.moved += update.facts().moved;
     if (plan.use_cache) cache.start(call.slots());
   }
-  noteUpdate(frame, kept);
+  noteUpdate(frame);
 
   // Where nothing changed the stage is shorter than reading the clock.
   if (!kept.isSame()) frame.begin(&dParallelSAPStats::extract_ms);
@@ -91,11 +93,9 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
 }
 
 // Counts the geoms, whose boxes are up to date.
-void Pipeline::noteUpdate(Frame& frame, const PairCache::Kept& kept) {
+void Pipeline::noteUpdate(Frame& frame) {
   frame.call.scene.noteClean();
   dxGeom* const* const geoms = frame.call.geoms();
-  if (kept.unannounced.count)
-    complaints.ofUnannounced(geoms[kept.unannounced.first], kept.unannounced.count);
   const UpdateFacts& facts = stages_->geom_update.facts();
   for (const Slot slot : facts.newly_invalid) complaints.ofInvalid(geoms[slot]);
   frame.stats.disabled = static_cast<std::size_t>(facts.disabled);

@@ -169,7 +169,7 @@ class Pipeline {
   };
 
   const PairList& tryFindPairs(Frame& frame);
-  void noteUpdate(Frame& frame, const PairCache::Kept& kept);
+  void noteUpdate(Frame& frame);
   void noteFound(Frame& frame, const Found& found, bool kept);
   const PairList& select(Frame& frame);
   void updateEvents(Frame& frame, const PairList& pairs, bool are_same);

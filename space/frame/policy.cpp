@@ -44,8 +44,10 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   const bool only_cpu = settings.backend == dParallelSAPBackendAuto && settings.rules.tolerance > 0;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU && !only_cpu)
     planDevices(facts, settings, plan);
+  // In crowded scenes, too: extra pairs within a later tolerance are to be those of the sweep.
   plan.fat_pairs = mechanisms::fat_pairs && plan.use_cache && extraction.devices == 0 &&
-                   (extraction.method == dParallelSAPMethodSweep || settings.rules.tolerance > 0);
+                   (facts.slots > brute_force_slots ||
+                    extraction.method == dParallelSAPMethodSweep || settings.rules.tolerance > 0);
   return plan;
 }
 

@@ -129,28 +129,6 @@ TEST_CASE("Touches of many pairs are those that callbacks had more or fewer", "[
   }
 }
 
-TEST_CASE("A touch whose pair has ended is not kept by a tolerance", "[events]") {
-  for (const double gap : {-0.05, 0.1}) {
-    const Space space;
-    dParallelSAPSpaceSetEvents(space, dParallelSAPEventPairs | dParallelSAPEventTouches);
-    dParallelSAPSpaceSetTolerance(space, dReal(0.2));
-    dCreateBox(space, 1, 1, 1);
-    const dGeomID other = dCreateBox(space, 1, 1, 1);
-    dGeomSetPosition(other, dReal(0.9), 0, 0);
-    collideContacts(space);
-    const dParallelSAPPairEvent* events;
-    REQUIRE(dParallelSAPSpaceGetBegunTouches(space, &events) == 1);
-    dGeomSetPosition(other, 2, 0, 0);
-    (void)collide(space);
-    REQUIRE(endedOf(space).size() == 1);
-    dGeomSetPosition(other, static_cast<dReal>(1 + gap), 0, 0);
-    dParallelSAPSpaceSetSkipStatic(space, 1);
-    collideContacts(space);
-    INFO("gap " << gap);
-    CHECK(dParallelSAPSpaceGetEndedTouches(space, &events) == (gap > 0));
-  }
-}
-
 TEST_CASE("Events that are switched on begin what no other events have followed", "[events]") {
   const Space space;
   for (int i = 0; i < 2; ++i) dCreateSphere(space, 1);

@@ -438,7 +438,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 
 /* A length, finite, 0 or more. AABBs that are up to this far apart on each axis may be reported as
  * pairs, except in dSpaceCollide2. No overlap is missed. All runs with Sweep have the same extra
- * pairs, and with Auto above 120 geoms; BruteForce, AxisLists and smaller scenes have others.
+ * pairs, and with Auto above 120 geoms, above 200 if the tolerance changes. BruteForce, AxisLists
+ * and smaller scenes have others.
  * Default: 0. A tolerance saves time if geoms move by less than 1/5 of it a frame, and lie within
  * 2^18 tolerances of the origin. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
