@@ -27,6 +27,9 @@ foreach(space hash sap simple)
   add_pile_test(${space} 0 "d[A-Z][a-zA-Z]*Space\n.*${checked}" --scene balls --bodies 300 --steps 30 --space ${space} --check)
 endforeach()
 
+# Geoms that move and geoms that sleep come from another space.
+add_pile_test(settled 0 "dHashSpace\n.*[1-9][0-9]* of 300 bodies asleep" --bodies 300 --settle 300 --steps 2 --space hash)
+
 # The pairs come in the same order whatever finds them, so the piles are the same to the last bit.
 add_test(
   NAME examples.pile.same-for-all-methods

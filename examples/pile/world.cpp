@@ -78,6 +78,7 @@ void World::addBody(dGeomID geom, const dMass& mass, const Pose& pose) {
 
 void World::useSpace(dSpaceID space) {
   if (space_) {
+    dSpaceClean(space_);  // ODE's spaces want all moved geoms before all others
     for (dGeomID geom : geoms_) dSpaceRemove(space_, geom);
     dSpaceDestroy(space_);
   }
