@@ -5,7 +5,6 @@
 #include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
-#include "space/geoms/pair_filter.h"
 
 namespace ode_parallel_sap {
 
@@ -59,16 +58,15 @@ bool PairCache::keep(const GeomTree::Geoms& geoms, int threads, SharedPart<GeomT
 }
 
 int PairCache::renew(const Kept& kept, const GeomTree::Geoms& geoms, const GeomUpdate& geom_update,
-                     int threads, PairList& pairs, dParallelSAPStats& stats) {
+                     const PairTest& test, int threads, PairList& pairs, dParallelSAPStats& stats) {
   if (kept.changes == 0) {
     stats.kept = pairs.size();
     return 1;
   }
   const ScopedMode mode(exactMode());
-  const PairFilter filter(geoms.data(), geom_update, rules_);
   const int used = changed_pairs_.find(
       geom_update.boxes(), geom_update.facts().disabled == 0, geom_update.repacked(), changed_,
-      threads, &filter,
+      threads, &test,
       [&](Slot slot, Buffer<Slot>& hits) { kept.tree->find(geoms, geoms[slot], hits); });
   stats.candidates = changed_pairs_.found().size();
   stats.kept = changed_pairs_.replace(changed_, threads, pairs);

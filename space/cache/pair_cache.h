@@ -50,9 +50,10 @@ class PairCache {
   // The boxes of all geoms are up to date, and the next frame may keep them. Changes count from now
   // on.
   void start(std::size_t slots);
-  // Makes `pairs` of the last frame those of this one. Returns the number of threads used.
+  // Makes `pairs` of the last frame those of this one: new ones are kept by the test. Returns the
+  // number of threads used.
   int renew(const Kept& kept, const GeomTree::Geoms& geoms, const GeomUpdate& geom_update,
-            int threads, PairList& pairs, dParallelSAPStats& stats);
+            const PairTest& test, int threads, PairList& pairs, dParallelSAPStats& stats);
   // The frame comes to its report, of all pairs or of others.
   void end(bool reports_all) {
     if (state_ != off) state_ = reports_all ? reported : complete;

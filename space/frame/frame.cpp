@@ -65,7 +65,8 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
   Found found;
   found.method = dParallelSAPMethodSweep;
   if (kept.any) {
-    found.threads = cache.renew(kept, call.scene.slots, update, plan.threads, candidates, stats);
+    found.threads =
+        cache.renew(kept, call.scene.slots, update, filter, plan.threads, candidates, stats);
     fat.noteUnused();
   } else if (plan.fat_pairs && !boxes.wide &&
              fat.prepare(boxes, static_cast<double>(update.tolerance()), plan.threads)) {

@@ -265,6 +265,29 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("Auto and Sweep have the same extra pairs when a tolerance comes and goes", "[motions]") {
+  for (const std::size_t n : {210, 300, 450, 520}) {
+    const Space by_auto(on_cpu), by_sweep(on_cpu);
+    dParallelSAPSpaceSetMethod(by_sweep, dParallelSAPMethodSweep);
+    World one(by_auto), other(by_sweep);
+    for (World* const world : {&one, &other}) world->addBoxes(onePlace(n, 75));
+    std::size_t by_brute_force = 0, extra = 0;
+    for (int frame = 0; frame < 200; ++frame) {
+      INFO(n << " geoms, frame " << frame);
+      for (World* const world : {&one, &other}) {
+        dParallelSAPSpaceSetTolerance(world->space(), frame / 7 % 2 ? 0.1 : 0);
+        world->jitter(frame % 20 < 3 ? 0.3 : 0.002, 76 + frame);
+      }
+      const Pairs pairs = collide(by_auto);
+      REQUIRE(pairs == collide(by_sweep));
+      by_brute_force += statsOf(by_auto).method == dParallelSAPMethodBruteForce;
+      extra += pairs.size() - expectedPairs(one.geoms()).size();
+    }
+    CHECK(extra > 0);
+    CHECK((by_brute_force > 0) == (n <= 500));
+  }
+}
+
 TEST_CASE("A frame that a user's class ends leaves nothing to the next one", "[motions]") {
   const Space space(on_cpu);
   World world(space);
