@@ -35,7 +35,7 @@ COLUMNS = ["bodies", "space", "status", "threads", "steps", "pairs", "contacts"]
 
 def machine():
     """Without git the commit is empty."""
-    cpu = re.search(r"^model name\s*: (.*)|$", pathlib.Path("/proc/cpuinfo").read_text(), re.M)[1] or "unknown"
+    cpu = re.search(r"^model name\s*: (.*)|\Z", pathlib.Path("/proc/cpuinfo").read_text(), re.M)[1] or "unknown"
     try:
         commit = subprocess.run(["git", "rev-parse", "--short=10", "HEAD"], stdout=subprocess.PIPE, text=True, stderr=subprocess.DEVNULL,
                                 cwd=HERE).stdout.strip()

@@ -1,6 +1,7 @@
 """Tests that what step.py records is what pile measured and plot.py draws: step_test.py <pile>."""
 import csv
 import os
+import pathlib
 import subprocess
 import sys
 import tempfile
@@ -29,6 +30,8 @@ class Step(unittest.TestCase):
                          [(size, space) for size in ("150", "300") for space in step.SPACES])
         for row in rows:
             self.assertEqual((row["status"], row["steps"], row["commit"]), ("ok", "8", ""))
+            cpus = pathlib.Path("/proc/cpuinfo").read_text()
+            self.assertTrue("model name" not in cpus or ": %s\n" % row["cpu"] in cpus, row["cpu"])
             ours = not row["space"].startswith("d")
             self.assertEqual(int(row["threads"]), len(os.sched_getaffinity(0)) if ours else 1)
             self.assertGreater(int(row["contacts"]), 50)
