@@ -26,7 +26,7 @@ PROJECT = pathlib.Path(__file__).resolve().parents[2]
 HEADER = "space/base/mechanisms.h"
 # Where each mechanism runs: a file, the beginning of a line, and the condition under which that counts.
 RUNS = {
-    "kept_pairs": ("frame/frame.cpp", "    found.threads = cache.renew(", "true"),
+    "kept_pairs": ("frame/frame.cpp", "  if (kept.any) {", "kept.any"),
     "incremental_trees": ("cache/pair_cache.cpp", "  stats.kept = changed_pairs_.replace(", "true"),
     "fat_pairs": ("frame/frame.cpp", "    stats.candidates_kept =", "fat.kept() > 0"),
     "kept_cells": ("pairs/sweep.cpp", "  ++reuses_;", "good"),
