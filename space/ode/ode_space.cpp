@@ -140,7 +140,7 @@ class ParallelSAPSpace::Use {
   // False where it does neither. Reads no geom before that thread has found those that changed
   // silently.
   bool becomeGuest() {
-    constexpr std::chrono::seconds most(1);  // fixed: longer than that takes
+    constexpr std::chrono::seconds most(10);  // fixed: longer than that takes
     for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < most;
          std::this_thread::yield()) {
       std::thread::id nobody;
@@ -482,6 +482,11 @@ void ParallelSAPSpace::updateSweptBounds() {
     gflags |= GEOM_DIRTY;
 }
 
+bool ParallelSAPSpace::forMeshes(const std::function<void(dxGeom*)>& visit) {
+  const Use use(*this, Use::query);
+  return silent_.forMeshes(slots_.geoms().data(), visit, /*listed=*/use.isGuest());
+}
+
 void ParallelSAPSpace::cleanGeoms() {
   const Use lock(*this, Use::query, /*locks=*/1);
   if (lock.isGuest()) return;
@@ -592,7 +597,7 @@ void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
 inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
   if (IS_SPACE(geom)) {
     ParallelSAPSpace* const other = parallelSAPSpace(geom);
-    if (other && (other->ever_swept_ || !other->isClean())) other->cleanGeoms();
+    if (other) other->cleanGeoms();
   } else if (any_swept.load(std::memory_order_relaxed)) {
     ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space);
     if (!other || other->swept_.idle()) return;

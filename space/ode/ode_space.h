@@ -4,6 +4,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <thread>
 
@@ -60,10 +61,8 @@ class ParallelSAPSpace : public dxSpace {
   std::size_t castRays(const RayRequest& request);
   std::size_t findOverlaps(OverlapRequest request);
   // Calls visit(mesh) for all meshes in it, at any depth. Whether there are stock spaces in it.
-  template <class Visit>
-  bool forMeshes(Visit visit) {
-    return silent_.forMeshes(slots_.geoms().data(), visit);
-  }
+  // Another thread may query it meanwhile. Throws std::bad_alloc.
+  bool forMeshes(const std::function<void(dxGeom*)>& visit);
 
   // The program announces that any geom of any space may have other bits, another body or another
   // enabled state, as it does of one space by Pipeline::notify().

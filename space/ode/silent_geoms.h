@@ -55,10 +55,10 @@ class SilentGeoms {
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
   // Calls visit(mesh) for the meshes of a space, whose geoms these are, and of all spaces in it.
-  // Whether there are stock spaces among these.
+  // Whether there are stock spaces among these. Lists nothing where another thread has `listed`.
   template <class Visit>
-  bool forMeshes(dxGeom* const* geoms, Visit visit) {
-    if (!isListed()) list(geoms);
+  bool forMeshes(dxGeom* const* geoms, const Visit& visit, bool listed) {
+    if (!listed && !isListed()) list(geoms);
     if (!lists_) return false;
     for (dxGeom* const mesh : lists_->meshes) visit(mesh);
     for (const Within& within : lists_->within) visit(within.mesh);

@@ -220,6 +220,28 @@ TEST_CASE("All of many threads find a mesh that changed silently before they ask
   }
 }
 
+TEST_CASE("The first queries of a space and of one in it may come at once", "[guests]") {
+  for (int round = 0; round < scaled(300); ++round) {
+    const Space space;
+    const dSpaceID within = dParallelSAPSpaceCreate(space);
+    for (int i = 0; i < 200; ++i)
+      dGeomSetPosition(dCreateBox(within, 1, 1, 1), static_cast<dReal>(4 * i), 0, 0);
+    constexpr int kThreads = 4;
+    std::size_t found[kThreads] = {};
+    std::atomic<int> ready{0};
+    const Messages messages;
+    together(kThreads, [&](int i) {
+      const dGeomID ball = dCreateSphere(nullptr, dReal(0.5));
+      for (++ready; ready < kThreads;) std::this_thread::yield();
+      found[i] = collide2(asGeom(i % 2 ? within : dSpaceID(space)), ball).size();
+      dGeomDestroy(ball);
+    });
+    CAPTURE(round);
+    for (const std::size_t each : found) REQUIRE(each == 1);
+    REQUIRE(messages.all().empty());
+  }
+}
+
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 4);

@@ -73,8 +73,9 @@
  * | Notify with a geom                                         | nothing else uses it    |
  *
  * "Nothing changes" means that no geom of these spaces and their sub-spaces is moved, added,
- * removed or changed, and that no sub-space has swept bounds. Threads must not share probes. Nor
- * must they share heightfield data, to which ODE's colliders write.
+ * removed or changed, and that no sub-space has swept bounds. If threads ask sub-spaces, too,
+ * dSpaceClean must come after dGeomTriMeshSetData. Threads must not share probes, nor heightfield
+ * data, to which ODE's colliders write.
  *
  * Errors: a wrong argument fails an assertion, as in ODE: dDebug names the function. Later
  * versions may add fields at the end of the structs of statistics, contact callbacks, rays, hits
