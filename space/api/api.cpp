@@ -362,6 +362,7 @@ int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags, dCon
   dUASSERT(!IS_SPACE(o1) && !IS_SPACE(o2), "a geom is a space");
   dUASSERT(isLength(step), "step is not a time");
   dUASSERT((flags & 0xffff) > 0, "flags for no contact");
+  dUASSERT(skip >= static_cast<int>(sizeof *contacts), "skip is less than the size of a contact");
   return collideSwept(o1, o2, step, flags, contacts, skip);
 }
 

@@ -348,16 +348,16 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   namesIt("dParallelSAPSpaceCollidePairs",
           [&] { dParallelSAPSpaceCollidePairs(space, nullptr, 2, nullptr); });
   dContactGeom contact;
-  const auto sweep_it = [&](dGeomID geom, dReal step, int flags) {
-    namesIt("dParallelSAPCollideSwept", [=, &contact] {
-      dParallelSAPCollideSwept(geom, ball, step, flags, &contact, sizeof contact);
-    });
+  const auto sweep_it = [&](dGeomID geom, dReal step, int flags, int skip = sizeof(dContactGeom)) {
+    namesIt("dParallelSAPCollideSwept",
+            [=, &contact] { dParallelSAPCollideSwept(geom, ball, step, flags, &contact, skip); });
   };
   sweep_it(nullptr, 1, 1);
   sweep_it(space.geom(), 1, 1);
   sweep_it(ball, -1, 1);
   sweep_it(ball, std::numeric_limits<dReal>::quiet_NaN(), 1);
   sweep_it(ball, 1, 0);
+  sweep_it(ball, 1, 1, sizeof(dContactGeom) - 1);
   for (const std::pair<int, int>& wrong : {std::pair(1, 1), {-1, 4}, {1, -1}}) {
     const int count = wrong.first, most = wrong.second;
     dContactGeom* const contacts = most == 1 ? nullptr : &contact;
