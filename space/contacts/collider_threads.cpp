@@ -22,14 +22,17 @@ bool remembersCollisions(dxGeom* mesh) {
          dGeomTriMeshIsTCEnabled(mesh, dCapsuleClass);
 }
 
+// ODE's collider of a geom transform moves what that carries for a while.
 bool needsTurn(dxGeom* a, dxGeom* b) {
   bool any = false;
-  for (dxGeom* const geom : {carriedBy(a), carriedBy(b)}) {
-    if (!geom || geom->type != dTriMeshClass) continue;
-    if (runsUserCode(geom)) return false;
-    any = true;
+  for (dxGeom* const geom : {a, b}) {
+    dxGeom* const shape = carriedBy(geom);
+    any = any || shape != geom;
+    if (!shape || shape->type != dTriMeshClass) continue;
+    if (runsUserCode(shape)) return false;
+    any = any || meshesShareACache() || !meshesAreRead() || remembersCollisions(shape);
   }
-  return any && meshesShareACache();
+  return any;
 }
 
 // Whose turn it is. Recursive: an override of a collider may collide other geoms. A child process

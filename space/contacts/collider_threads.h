@@ -31,9 +31,9 @@ dxGeom* carriedBy(dxGeom* geom);
 // function behind itself before it makes a space.
 inline std::atomic<decltype(&dCollide)> ode_collide{&dCollide};
 
-// It, for a calling thread, while others may collide geoms of their own. Where
-// the colliders of meshes share a cache, threads take turns at them. Meshes with callbacks do not:
-// the program's code is not to run while another thread waits for it.
+// It, for a calling thread, while others collide, perhaps the same geoms. Threads take turns at
+// geom transforms, and at meshes where their colliders share a cache or write to a mesh. Meshes
+// with callbacks have no turns: the program's code is not to run while another thread waits for it.
 int collideInTurn(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip);
 
 // runChunks() with a part for each thread, by threads that have ODE's data, the calling thread

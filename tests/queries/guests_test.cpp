@@ -242,6 +242,37 @@ TEST_CASE("The first queries of a space and of one in it may come at once", "[gu
   }
 }
 
+TEST_CASE("Rays and probes of many threads may hit the same geom transforms", "[guests]") {
+  const Space space;
+  constexpr int kGeoms = 3, kThreads = 6;
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  for (int i = 0; i < kGeoms; ++i) {
+    const dGeomID carried = dCreateBox(nullptr, 1, 1, 1), geom = dCreateGeomTransform(space);
+    dGeomSetPosition(carried, 0, 0, 5);
+    dGeomTransformSetGeom(geom, carried);
+    dGeomTransformSetCleanup(geom, 1);
+    dGeomSetPosition(geom, static_cast<dReal>(4 * i), 0, 0);
+  }
+#pragma GCC diagnostic pop
+  std::atomic<int> wrong{0};
+  together(kThreads, [&](int) {
+    const dGeomID ball = dCreateSphere(nullptr, dReal(0.75));
+    for (int round = 0; round < scaled(2000); ++round) {
+      const dReal x = static_cast<dReal>(4 * (round % kGeoms));
+      const dParallelSAPRay ray = {{x, 0, 10, 0}, {0, 0, -1, 0}, 20, 0, 0, nullptr};
+      dParallelSAPRayHit hit;
+      dParallelSAPSpaceRays(space, &ray, 1, 0, &hit);
+      dGeomSetPosition(ball, x, 0, 6);
+      dParallelSAPProbe probe = {ball, nullptr, 0};
+      dParallelSAPSpaceOverlaps(space, &probe, 1, sizeof probe, 1, nullptr, nullptr);
+      wrong += !hit.geom || hit.distance != dReal(4.5) || probe.touched != 1;
+    }
+    dGeomDestroy(ball);
+  });
+  CHECK(wrong == 0);
+}
+
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 4);
