@@ -606,6 +606,16 @@ inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
   }
 }
 
+// Makes the AABB of a query's geom, which the space that it is in may be doing in another thread.
+// Waits there for that one, so nothing of this space must be left to do for which that may wait.
+inline void ParallelSAPSpace::updateProbe(dxGeom* geom) {
+  dxSpace* around = geom->parent_space;
+  while (around && !parallelSAPSpace(around)) around = around->parent_space;
+  std::optional<Use> use;
+  if (around && around != this) use.emplace(*parallelSAPSpace(around), Use::query);
+  updateAABB(geom);
+}
+
 // Once something has changed, only hits that have not left, while the geom of the query has not.
 // Not inline, as is all that a callback need not have above it on the stack.
 __attribute__((noinline)) void ParallelSAPSpace::reportMany(const Call& call, dxGeom* geom,
@@ -652,7 +662,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   if (!call.isGuest()) checkSilent();
   updateOther(geom);
   if (!call.isGuest()) cleanFew();
-  updateAABB(geom);
+  updateProbe(geom);
   const bool is_empty = IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom));
   if (!is_empty && hasNaN(geom))
     pipeline_.complaints.ofInvalid(geom);
@@ -751,7 +761,7 @@ std::size_t ParallelSAPSpace::findOverlaps(OverlapRequest request) {
   request.prepare = [this](dxGeom* geom) {
     require(geom && !IS_SPACE(geom), "a probe is a geom, no space", "dParallelSAPSpaceOverlaps");
     updateOther(geom);
-    updateAABB(geom);
+    updateProbe(geom);
     if (hasNaN(geom)) pipeline_.complaints.ofInvalid(geom);
   };
   const auto find = [&](const Scene& scene, GeomTree& tree, const BatchWay& way,

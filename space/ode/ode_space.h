@@ -129,6 +129,7 @@ class ParallelSAPSpace : public dxSpace {
     return !needs_clean_.load(std::memory_order_acquire) && silent_.areClean();
   }
   static inline void updateOther(dxGeom* geom);
+  inline void updateProbe(dxGeom* geom);
   void updateSweptBounds();
   void cleanFew();
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);

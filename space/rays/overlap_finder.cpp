@@ -34,6 +34,7 @@ struct Pass {
     if (lists.shares.size() < static_cast<std::size_t>(team)) lists.shares.resize(team);
     for (Share& share : lists.shares) share.resize(0);
     lists.blocks.resizeDiscarding(count);
+    if (team > 1) prepareThoseInSpaces();
     runPartsWithData(finding, team, count, chunkOf(count, grains::cast_rays.work / 4, team),
                      way.manual_cleanup, [&](const Range& range, int thread) {
                        for (std::size_t i = range.begin; i < range.end; ++i)
@@ -46,10 +47,24 @@ struct Pass {
     lists.narrow_phase.run(lists.all.pairs, contacts, threads, way.manual_cleanup);
   }
 
-  void find(std::size_t i, int thread, bool alone) {
-    dParallelSAPProbe& probe = request.probes[i];
+  void prefetchLater(std::size_t i) const {
     if (i + prefetch_distance < request.count)
       prefetchObject(request.probes[i + prefetch_distance].geom, sizeof(dxGeom));
+  }
+
+  // Another thread may be bringing the geoms of such a space up to date. The calling thread waits
+  // for that, and no other.
+  void prepareThoseInSpaces() const {
+    for (std::size_t i = 0; i < request.count; ++i) {
+      prefetchLater(i);
+      dxGeom* const geom = request.probes[i].geom;
+      if (geom && geom->parent_space) request.prepare(geom);
+    }
+  }
+
+  void find(std::size_t i, int thread, bool alone) {
+    dParallelSAPProbe& probe = request.probes[i];
+    prefetchLater(i);
     Share& share = lists.shares[static_cast<std::size_t>(thread)];
     Block& block = lists.blocks[i] = {share.pairs.size(), 0, thread};
     probe.touched = 0;
@@ -72,7 +87,7 @@ struct Pass {
   // False where that is left to the calling thread, which complains, too.
   bool update(dxGeom* geom) const {
     if (!geom || needsCallingThread(geom) || (request.swept && geom->parent_space)) return false;
-    updateAABB(geom);
+    if (!geom->parent_space) updateAABB(geom);
     return !hasNaN(geom);
   }
 

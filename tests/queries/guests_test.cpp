@@ -242,6 +242,46 @@ TEST_CASE("The first queries of a space and of one in it may come at once", "[gu
   }
 }
 
+TEST_CASE("Another space may be asked about a geom that its own space brings up to date",
+          "[guests]") {
+  static std::atomic<int> inside, most;
+  inside = most = 0;
+  setUserBoundsObserver([] {
+    const int now = ++inside;
+    if (now > most) most = now;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    --inside;
+  });
+  for (int round = 0; round < scaled(20); ++round) {
+    const Space space, other;
+    const dGeomID geom = createUserBox(space, {0, 1, 0, 1, 0, 1});
+    const dGeomID stone = dCreateBox(other, 1, 1, 1);
+    std::size_t found[3] = {};
+    std::atomic<int> ready{0};
+    const unsigned long before = userBoundsAsked();
+    together(3, [&](int i) {
+      const dGeomID ball = dCreateSphere(nullptr, dReal(0.5));
+      dParallelSAPProbe probe = {i == 1 ? geom : ball, nullptr, 0};
+      for (++ready; ready < 3;) std::this_thread::yield();
+      if (i == 0) {
+        found[i] = collide2(space, ball).size();
+      } else if (i == 1 && round % 2) {
+        found[i] = collide2(other, geom).size();
+      } else {
+        dParallelSAPSpaceOverlaps(other, &probe, 1, sizeof probe, 1, nullptr, nullptr);
+        found[i] = 1;
+      }
+      dGeomDestroy(ball);
+    });
+    CAPTURE(round);
+    for (const std::size_t each : found) CHECK(each == 1);
+    CHECK(userBoundsAsked() == before + 1);
+    static_cast<void>(stone);
+  }
+  setUserBoundsObserver(nullptr);
+  CHECK(most == 1);
+}
+
 TEST_CASE("Rays and probes of many threads may hit the same geom transforms", "[guests]") {
   const Space space;
   constexpr int kGeoms = 3, kThreads = 6;
