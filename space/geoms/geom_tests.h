@@ -127,10 +127,14 @@ inline void updateAABB(dxGeom* geom) {
   if (geom->type == dRayClass) mendBoxOfRay(*static_cast<dxRay*>(geom));
 }
 
+// fixed: in gflags, where ODE uses the lower bits. A space of ours has it in its geoms that are
+// dirty and of which it was told so, as all spaces around it were then.
+constexpr int told_dirty = 1 << 25;
+
 // The same of one that is no space, or whose geoms are clean.
 inline void cleanOwn(dxGeom* geom) {
   updateAABB(geom);
-  geom->gflags &= ~GEOM_DIRTY;
+  geom->gflags &= ~(GEOM_DIRTY | told_dirty);
 }
 inline void cleanGeom(dxGeom* geom) {
   if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();

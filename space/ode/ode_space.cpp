@@ -358,6 +358,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
   if (silent_.remove(slot)) noteMayBeSilent(slot);
+  geom->gflags &= ~told_dirty;
   pipeline_.observers.forEach([=](SpaceObserver& observer) { observer.forget(geom); });
   noteMember();
   swept_.remove(geom, slot);
@@ -396,6 +397,7 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
   if (__builtin_expect(user != std::thread::id(), 0) && user != std::this_thread::get_id())
     complainOfThreads();
   needs_clean_.store(true, std::memory_order_relaxed);
+  geom->gflags |= told_dirty;
   const Slot slot = Slots::slotOf(geom);
   if (IS_SPACE(geom) && !parallelSAPSpace(geom)) {
     noteMayBeSilent(slot);
@@ -484,7 +486,7 @@ void ParallelSAPSpace::updateSweptBounds() {
 
 bool ParallelSAPSpace::forMeshes(const std::function<void(dxGeom*)>& visit) {
   const Use use(*this, Use::query);
-  return silent_.forMeshes(slots_.geoms().data(), visit, /*listed=*/use.isGuest());
+  return silent_.forMeshes(slots_.geoms().data(), visit);
 }
 
 void ParallelSAPSpace::cleanGeoms() {

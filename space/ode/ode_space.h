@@ -117,6 +117,7 @@ class ParallelSAPSpace : public dxSpace {
   // Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
   // of which spaces around this one are not to know.
   void checkSilent() {
+    if (needs_clean_.load(std::memory_order_relaxed)) silent_.cleanWithin(slots_.geoms().data());
     if (!silent_.areClean()) {
       is_checked_.store(false, std::memory_order_relaxed);
       silent_.check(*this, slots_.geoms().data());

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "space/base/tuning.h"
+#include "space/geoms/geom_tests.h"
 #include "space/ode/ode_space.h"
 
 namespace ode_parallel_sap {
@@ -13,6 +14,11 @@ namespace {
 
 bool isDirty(const dxGeom* geom) {
   return (geom->gflags & GEOM_DIRTY) != 0;
+}
+
+// Of a geom that is in a space of ours: whether that and all around it know that it is dirty.
+bool isToldDirty(const dxGeom* geom) {
+  return isDirty(geom) && (geom->gflags & told_dirty) != 0;
 }
 
 bool mayBeSilent(const dxGeom* geom) {
@@ -39,13 +45,22 @@ void makeDirtyToLast(dxSpace* space) {
     geom->gflags |= GEOM_DIRTY;
 }
 
+// Stock spaces around them are to clean those as well.
+void cleanOurs(dxGeom* geom) {
+  if (!IS_SPACE(geom) || !isDirty(geom)) return;
+  dxSpace* const space = static_cast<dxSpace*>(geom);
+  if (parallelSAPSpace(space)) return space->cleanGeoms();
+  for (dxGeom* own = space->first; own; own = own->next) cleanOurs(own);
+  if (cleansFront(space)) makeDirtyToLast(space);
+}
+
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
 // locked. Marks them in each other's lists, if `marking`: also those that are dirty, which another
-// space may not know of.
-void makeDirty(dxSpace* space, bool marking) {
-  for (; space; space = space->parent_space) {
+// space may not know of. Stops before `end`.
+void makeDirty(dxSpace* space, bool marking, const dxSpace* end = nullptr) {
+  for (; space != end; space = space->parent_space) {
     space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
-    if (marking && space->parent_space) markDirty(space->parent_space, space);
+    if (marking && space->parent_space != end) markDirty(space->parent_space, space);
   }
 }
 
@@ -131,6 +146,10 @@ void SilentGeoms::list(dxGeom* const* geoms) {
   listed_ = within_listed_ = true;
 }
 
+void SilentGeoms::cleanWithin(dxGeom* const* geoms) const {
+  slots_.forEach([&](Slot slot) { cleanOurs(geoms[slot]); });
+}
+
 void SilentGeoms::check(dxSpace& space, dxGeom* const* geoms) {
   bool any = false, listed = false;
   std::vector<dxSpace*> fronts;  // of spaces with dirty geoms
@@ -144,8 +163,9 @@ void SilentGeoms::check(dxSpace& space, dxGeom* const* geoms) {
       dxSpace* const around = within.mesh->parent_space;
       markDirty(around, within.mesh);
       if (std::exchange(marked, around) == around) continue;
-      makeDirty(around, true);
-      for (dxSpace* each = around; each; each = each->parent_space)
+      const dxSpace* const end = isToldDirty(geoms[within.slot]) ? &space : nullptr;
+      makeDirty(around, true, end);
+      for (dxSpace* each = around; each != end; each = each->parent_space)
         if (cleansFront(each)) fronts.push_back(each);
     }
     std::sort(fronts.begin(), fronts.end());
@@ -155,7 +175,7 @@ void SilentGeoms::check(dxSpace& space, dxGeom* const* geoms) {
     any = makeDirtyAround(&space);
   }
   slots_.forEach([&](Slot slot) {
-    if (!mayBeSilent(geoms[slot]) || !isDirty(geoms[slot])) return;
+    if (!mayBeSilent(geoms[slot]) || !isDirty(geoms[slot]) || isToldDirty(geoms[slot])) return;
     space.dirty(geoms[slot]);
     any = any || !IS_SPACE(geoms[slot]);
   });

@@ -46,19 +46,22 @@ class SilentGeoms {
   // The slots of these geoms are numbered anew.
   void renumber(const Buffer<dxGeom*>& geoms);
 
-  // Has dirty() of `space`, whose geoms these are, called for each of them that is dirty or holds a
-  // mesh that was made dirty silently, and makes the spaces that hold it dirty. Calls it for those
-  // that it has been called for already, too, until they are clean.
+  // Has the sub-spaces of ours that are dirty, at any depth, bring their geoms up to date: each as
+  // a call of its own, as another thread may be doing just that.
+  void cleanWithin(dxGeom* const* geoms) const;
+  // Has dirty() of `space`, whose geoms these are, called for each of them that was made dirty
+  // silently or holds such a mesh, and makes the spaces that hold it dirty. Nothing around `space`
+  // is touched where all changes were told: other threads may be there.
   void check(dxSpace& space, dxGeom* const* geoms);
   // Whether check() would find none.
   bool areClean() const { return listed_ && (!lists_ || !anyDirty()); }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
   // Calls visit(mesh) for the meshes of a space, whose geoms these are, and of all spaces in it.
-  // Whether there are stock spaces among these. Lists nothing where another thread has `listed`.
+  // Whether there are stock spaces among these. Changes nothing while areClean().
   template <class Visit>
-  bool forMeshes(dxGeom* const* geoms, const Visit& visit, bool listed) {
-    if (!listed && !isListed()) list(geoms);
+  bool forMeshes(dxGeom* const* geoms, const Visit& visit) {
+    if (!areClean() && !isListed()) list(geoms);
     if (!lists_) return false;
     for (dxGeom* const mesh : lists_->meshes) visit(mesh);
     for (const Within& within : lists_->within) visit(within.mesh);

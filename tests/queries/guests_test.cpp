@@ -242,6 +242,44 @@ TEST_CASE("The first queries of a space and of one in it may come at once", "[gu
   }
 }
 
+TEST_CASE("The first queries of a space and of one in it may come at once, whatever came or moved",
+          "[guests]") {
+  // A tetrahedron that the ball touches.
+  const Mesh mesh({-1, -1, -1, 1, -1, -1, 0, 1, -1, 0, 0, 1}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3});
+  using Make = dSpaceID(dSpaceID);
+  for (Make* const make : {static_cast<Make*>(nullptr), &dSimpleSpaceCreate, &dHashSpaceCreate})
+    for (int round = 0; round < scaled(100); ++round) {
+      const Space space;
+      const dSpaceID within = dParallelSAPSpaceCreate(space);
+      const dSpaceID deepest = make ? make(within) : within;
+      std::vector<dGeomID> geoms;
+      for (const dSpaceID own : {dSpaceID(space), within, deepest})
+        for (int i = 0; i < 60; ++i) {
+          geoms.push_back(i % 2 ? mesh.create(own) : dCreateBox(own, 1, 1, 1));
+          dGeomSetPosition(geoms.back(), static_cast<dReal>(i < 2 ? 0 : 4 * i), 0, 0);
+        }
+      if (round % 2) {
+        collide(space);
+        for (const dGeomID geom : geoms) dGeomSetPosition(geom, dGeomGetPosition(geom)[0], 0, 0);
+      }
+      constexpr int kThreads = 4;
+      std::size_t found[kThreads] = {};
+      std::atomic<int> ready{0};
+      const Messages messages;
+      together(kThreads, [&](int i) {
+        const dGeomID ball = dCreateSphere(nullptr, dReal(0.5));
+        const dGeomID asked = asGeom(i % 2 ? within : dSpaceID(space));
+        for (++ready; ready < kThreads;) std::this_thread::yield();
+        found[i] = collide2(asked, ball).size();
+        dGeomDestroy(ball);
+      });
+      CAPTURE(round, make != nullptr);
+      // The sub-space of the asked one is a geom more.
+      for (int i = 0; i < kThreads; ++i) REQUIRE(found[i] == (i % 2 && !make ? 4 : 3));
+      REQUIRE(messages.all().empty());
+    }
+}
+
 TEST_CASE("Another space may be asked about a geom that its own space brings up to date",
           "[guests]") {
   static std::atomic<int> inside, most;
