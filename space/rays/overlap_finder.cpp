@@ -1,5 +1,8 @@
 #include "space/rays/overlap_finder.h"
 
+#include <atomic>
+#include <thread>
+
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
 #include "space/geoms/geom_tests.h"
@@ -27,6 +30,7 @@ struct Pass {
   const GeomTree* const tree;  // or null
   const NestedTrees& nested;
   const FloatingPointMode programs_mode = currentMode();
+  std::atomic<bool> updating[64] = {};  // by geom; fixed: seldom one for two of them
 
   void run() {
     const std::size_t count = request.count;
@@ -85,10 +89,19 @@ struct Pass {
   }
 
   // False where that is left to the calling thread, which complains, too.
-  bool update(dxGeom* geom) const {
+  bool update(dxGeom* geom) {
     if (!geom || needsCallingThread(geom) || (request.swept && geom->parent_space)) return false;
-    if (!geom->parent_space) updateAABB(geom);
+    if (!geom->parent_space) updateInTurn(geom);
     return !hasNaN(geom);
+  }
+
+  // Several probes may be one geom.
+  void updateInTurn(dxGeom* geom) {
+    const std::uint64_t hash = reinterpret_cast<std::uintptr_t>(geom) * 0x9e3779b97f4a7c15u;
+    std::atomic<bool>& taken = updating[hash >> 58];
+    while (taken.exchange(true, std::memory_order_acquire)) std::this_thread::yield();
+    updateAABB(geom);
+    taken.store(false, std::memory_order_release);
   }
 
   // As a near callback would that calls dSpaceCollide2 of the probe and a sub-space. False where

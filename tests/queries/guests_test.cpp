@@ -351,6 +351,33 @@ TEST_CASE("Rays and probes of many threads may hit the same geom transforms", "[
   CHECK(wrong == 0);
 }
 
+TEST_CASE("A geom may be several probes of a batch", "[guests]") {
+  // Its last point alone reaches the plane, and its box is long in the making.
+  constexpr int kPoints = 20000;
+  std::vector<dReal> points;
+  for (int i = 0; i < kPoints; ++i)
+    for (const dReal x : {dReal(i % 10) / 10, dReal(i + 1 < kPoints ? 1 : -1), dReal(i % 7) / 7})
+      points.push_back(x);
+  const dReal planes[] = {0, 1, 0, 1};
+  const unsigned polygons[] = {3, 0, 1, 2};
+  const Space space;
+  dParallelSAPSpaceSetNumThreads(space, 4);
+  dCreatePlane(space, 0, 1, 0, dReal(-0.5));
+  const dGeomID convex = dCreateConvex(nullptr, planes, 1, points.data(), kPoints, polygons);
+  for (const std::size_t count : {64u, 512u}) {
+    std::vector<dParallelSAPProbe> probes(count, {convex, nullptr, 0});
+    for (int round = 0; round < scaled(100); ++round) {
+      dGeomSetPosition(convex, 0, static_cast<dReal>(0.001 * (round % 10)), 0);
+      const std::size_t touched =
+          dParallelSAPSpaceOverlaps(space, probes.data(), count, sizeof probes[0],
+                                    dParallelSAPOverlapAny | 1, nullptr, nullptr);
+      CAPTURE(round);
+      REQUIRE(touched == count);
+    }
+  }
+  dGeomDestroy(convex);
+}
+
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 4);
