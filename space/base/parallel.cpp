@@ -221,7 +221,7 @@ class Workers {
   }
 
   int granted(int wanted) {
-    if (wanted > wanted_.load(std::memory_order_relaxed)) grow(wanted);
+    if (wanted > wanted_.load()) grow(wanted);
     while (teamsAreTested() && starting_.load()) std::this_thread::yield();
     if (starting_.load()) return wanted;
     const int granted = std::min(wanted, 1 + count_.load());
@@ -250,12 +250,12 @@ class Workers {
       onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
       std::atexit([] { get().close(); });
     }
+    starting_.fetch_add(1);  // who finds `wanted_` great enough misses no thread yet
     wanted_.store(wanted);
     Attributes attributes;
     const std::uint64_t room = threadsInAddressSpace(attributes);
-    if (room == 0) return;
+    if (room == 0) return static_cast<void>(starting_.fetch_sub(1));
     most_ = 1 + count_.load() + static_cast<int>(std::min<std::uint64_t>(room, most_threads));
-    starting_.fetch_add(1);
     pthread_attr_setdetachstate(&attributes.of_thread, PTHREAD_CREATE_DETACHED);
     pthread_t thread;
     const auto run = [](void* self) -> void* {

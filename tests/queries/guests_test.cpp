@@ -248,7 +248,7 @@ TEST_CASE("The first queries of a space and of one in it may come at once, whate
   const Mesh mesh({-1, -1, -1, 1, -1, -1, 0, 1, -1, 0, 0, 1}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3});
   using Make = dSpaceID(dSpaceID);
   for (Make* const make : {static_cast<Make*>(nullptr), &dSimpleSpaceCreate, &dHashSpaceCreate})
-    for (int round = 0; round < scaled(100); ++round) {
+    for (int round = 0; round < scaled(200); ++round) {
       const Space space;
       const dSpaceID within = dParallelSAPSpaceCreate(space);
       const dSpaceID deepest = make ? make(within) : within;
@@ -349,6 +349,24 @@ TEST_CASE("Rays and probes of many threads may hit the same geom transforms", "[
     dGeomDestroy(ball);
   });
   CHECK(wrong == 0);
+}
+
+TEST_CASE("Nobody misses threads that another calling thread has just begun to start", "[guests]") {
+  constexpr int kCalling = 4;
+  const Messages messages;
+  for (int wanted = 3; wanted < 32; ++wanted) {
+    std::atomic<int> ready{0};
+    together(kCalling, [&](int) {
+      const Space space;
+      dParallelSAPSpaceSetNumThreads(space, wanted);
+      for (int i = 0; i < 20; ++i) dCreateSphere(space, 1);
+      std::vector<dParallelSAPRay> rays(500, {{0, 0, 5, 0}, {0, 0, -1, 0}, 10, 0, 0, nullptr});
+      std::vector<dParallelSAPRayHit> hits(rays.size());
+      for (++ready; ready < kCalling;) std::this_thread::yield();
+      dParallelSAPSpaceRays(space, rays.data(), rays.size(), 0, hits.data());
+    });
+  }
+  CHECK(messages.all().empty());
 }
 
 TEST_CASE("A geom may be several probes of a batch", "[guests]") {
