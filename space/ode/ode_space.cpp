@@ -729,10 +729,11 @@ NestedTrees ParallelSAPSpace::nestedTrees(std::size_t queries) const {
   return nested;
 }
 
-// Calls find(scene, tree, way, lists, nested) for a batch of queries, and note(count, ms).
-template <class Lists, class Find>
-std::size_t ParallelSAPSpace::runBatch(std::size_t count, std::unique_ptr<Lists> Workspace::*own,
-                                       Find find, void (Statistics::*note)(std::size_t, double)) {
+// Calls find(scene, tree, request, way, lists, nested) for a batch of queries, and note(count, ms).
+template <class Request, class Lists, class Find>
+std::size_t ParallelSAPSpace::runBatch(const Request& request,
+                                       std::unique_ptr<Lists> Workspace::*own, Find find,
+                                       void (Statistics::*note)(std::size_t, double)) {
   const Clock::time_point begin = Clock::now();
   const SpannedCall call(*this, Use::query);
   if (!call.isGuest()) {
@@ -740,22 +741,20 @@ std::size_t ParallelSAPSpace::runBatch(std::size_t count, std::unique_ptr<Lists>
     cleanFew();
   }
   const BatchWay way = {call.isGuest() ? 1 : threadsFor(pipeline_.settings),
-                        getManualCleanup() != 0, call.isGuest(), query_filter_};
+                        getManualCleanup() != 0, call.isGuest(), query_filter_,
+                        pipeline_.settings.rules};
   const Scene all = scene(/*nested=*/true, reportsOf(call));
   const std::size_t found = with(treeOf(call), [&](GeomTree& tree) {
-    return with(call.lists(own),
-                [&](Lists& lists) { return find(all, tree, way, lists, nestedTrees(count)); });
+    return with(call.lists(own), [&](Lists& lists) {
+      return find(all, tree, request, way, lists, nestedTrees(request.count));
+    });
   });
-  (pipeline_.statistics.*note)(count, milliseconds(begin, Clock::now()));
+  (pipeline_.statistics.*note)(request.count, milliseconds(begin, Clock::now()));
   return found;
 }
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
-  const auto cast = [&](const Scene& scene, GeomTree& tree, const BatchWay& way, RayLists& lists,
-                        NestedTrees nested) {
-    return ode_parallel_sap::castRays(scene, tree, request, way, lists, std::move(nested));
-  };
-  return runBatch(request.count, &Workspace::rays, cast, &Statistics::noteRays);
+  return runBatch(request, &Workspace::rays, ode_parallel_sap::castRays, &Statistics::noteRays);
 }
 
 std::size_t ParallelSAPSpace::findOverlaps(OverlapRequest request) {
@@ -766,12 +765,8 @@ std::size_t ParallelSAPSpace::findOverlaps(OverlapRequest request) {
     updateProbe(geom);
     if (hasNaN(geom)) pipeline_.complaints.ofInvalid(geom);
   };
-  const auto find = [&](const Scene& scene, GeomTree& tree, const BatchWay& way,
-                        OverlapLists& lists, NestedTrees nested) {
-    return ode_parallel_sap::findOverlaps(scene, tree, pipeline_.settings.rules, request, way,
-                                          lists, std::move(nested));
-  };
-  return runBatch(request.count, &Workspace::overlaps, find, &Statistics::noteOverlaps);
+  return runBatch(request, &Workspace::overlaps, ode_parallel_sap::findOverlaps,
+                  &Statistics::noteOverlaps);
 }
 
 dParallelSAPStats ParallelSAPSpace::stats() {

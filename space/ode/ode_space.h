@@ -108,8 +108,8 @@ class ParallelSAPSpace : public dxSpace {
   inline GeomTree* treeOf(const Use& use);
   template <class Collide>
   void runFrame(Collide collide);
-  template <class Lists, class Find>
-  std::size_t runBatch(std::size_t count, std::unique_ptr<Lists> Workspace::*own, Find find,
+  template <class Request, class Lists, class Find>
+  std::size_t runBatch(const Request& request, std::unique_ptr<Lists> Workspace::*own, Find find,
                        void (Statistics::*note)(std::size_t, double));
   void closeSlots();
   void noteMayBeSilent(Slot slot);

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <new>
 #include <optional>
 
+#include "space/base/tuning.h"
+#include "space/contacts/collider_threads.h"
 #include "space/geoms/scene.h"
 #include "space/queries/geom_tree.h"
 
@@ -15,40 +18,85 @@ struct BatchWay {
   bool manual_cleanup;  // the threads leave no data in ODE
   bool guest;           // it changes nothing but its lists
   QueryFilter filter;
+  PackRules rules;
 };
 
-// Calls find(tree, request, threads), which leaves in `lists` what it found, by the tree where that
-// pays, or null, and then report(request), whose callbacks may leave by longjmp. Where there is no
-// memory for it, one query after the other. Returns the sum of what report() returns.
-template <class Request, class Lists, class Find, class Report>
+// What a query found: entries [first, first + count) of a thread's share.
+struct BatchBlock {
+  std::size_t first;
+  std::uint32_t count;
+  int thread;
+};
+
+// A batch on its way.
+template <class Request, class Lists>
+struct BatchPass {
+  const GeomTree* const tree;  // up to date, or null
+  const NestedTrees& nested;
+  const Scene& scene;
+  const Request& request;
+  const BatchWay& way;
+  Lists& lists;
+  const FloatingPointMode mode = currentMode();  // the program's
+
+  int team() const { return teamFor(request.count, grains::cast_rays, way.threads); }
+
+  // Calls find(i, thread, alone) for all queries, on a team, whose shares are empty at first.
+  template <class Find>
+  void findAll(Region& region, Find find) const {
+    const int threads = team();
+    if (lists.shares.size() < static_cast<std::size_t>(threads)) lists.shares.resize(threads);
+    for (auto& share : lists.shares) share.clear();
+    lists.blocks.resizeDiscarding(request.count);
+    const std::size_t chunk = chunkOf(request.count, grains::cast_rays.work / 4, threads);
+    runPartsWithData(region, threads, request.count, chunk, way.manual_cleanup,
+                     [&](const Range& range, int thread) {
+                       for (std::size_t i = range.begin; i < range.end; ++i)
+                         find(i, thread, /*alone=*/threads == 1);
+                     });
+  }
+
+  // Whether the program's filter does.
+  bool rejects(std::size_t i, dxGeom* geom) const {
+    if (!way.filter.isSet()) return false;
+    const ScopedMode programs(mode);
+    return way.filter.rejects(request.first + i, geom);
+  }
+};
+
+// Runs a Pass, by the tree where that pays, which leaves in `lists` what it found, and then its
+// report(), whose callbacks may leave by longjmp. Where there is no memory for it, one query after
+// the other. Returns the sum of what report() returns.
+template <class Pass, class Request, class Lists>
 std::size_t runBatch(const Scene& scene, GeomTree& tree, const Request& request,
-                     const BatchWay& way, Lists& lists, NestedTrees& nested, Find find,
-                     Report report) {
+                     const BatchWay& way, Lists& lists, NestedTrees nested) {
   bool found = false;
   try {
     std::optional<GeomTree::Reader> reader;
     if (way.guest) reader.emplace(tree);
     const bool by_tree =
         reader ? reader->mayRead() : tree.bringUpToDate(scene.slots, way.threads, request.count);
-    find(by_tree ? &tree : nullptr, request, way.threads);
+    Pass{{by_tree ? &tree : nullptr, nested, scene, request, way, lists}}.run();
     found = true;
   } catch (const std::bad_alloc&) {
     if (!way.guest) tree.release();
   }
   NestedTrees().swap(nested);
-  if (found) return report(request);
+  if (found) return Pass::report(scene, request, lists);
   std::size_t all = 0;
-  for (std::size_t i = 0; i < request.count; ++i) {
+  Request one = request;
+  BatchWay alone = way;
+  alone.threads = 1;
+  for (one.count = 1; one.first < request.count; ++one.first) {
     lists = Lists();
-    const Request one = request.only(i);
     try {
-      find(nullptr, one, 1);
+      Pass{{nullptr, nested, scene, one, alone, lists}}.run();
     } catch (const std::bad_alloc&) {
       if (way.filter.isSet()) throw;  // perhaps the filter does
       dDebug(0, "parallel SAP space: no memory for one query of a batch");
       continue;
     }
-    all += report(one);
+    all += Pass::report(scene, one, lists);
   }
   lists = Lists();
   return all;

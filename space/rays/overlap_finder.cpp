@@ -3,8 +3,6 @@
 #include <atomic>
 #include <thread>
 
-#include "space/base/tuning.h"
-#include "space/contacts/collider_threads.h"
 #include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
 
@@ -14,46 +12,27 @@ namespace {
 
 Region finding("overlaps: probes");
 
+using Found = OverlapLists::Found;
 using Share = OverlapLists::Share;
-using Block = OverlapLists::Block;
 
 constexpr int nobody = -1;  // no thread
 
-// A batch on its way.
-struct Pass {
-  const Scene& scene;
-  const PackRules& rules;
-  const OverlapRequest& request;
-  const BatchWay& way;
-  const int threads;
-  OverlapLists& lists;
-  const GeomTree* const tree;  // or null
-  const NestedTrees& nested;
-  const FloatingPointMode programs_mode = currentMode();
+struct Pass : BatchPass<OverlapRequest, OverlapLists> {
   std::atomic<bool> updating[64] = {};  // by geom; fixed: seldom one for two of them
 
   void run() {
-    const std::size_t count = request.count;
-    const int team = teamFor(count, grains::cast_rays, threads);
-    if (lists.shares.size() < static_cast<std::size_t>(team)) lists.shares.resize(team);
-    for (Share& share : lists.shares) share.resize(0);
-    lists.blocks.resizeDiscarding(count);
-    if (team > 1) prepareThoseInSpaces();
-    runPartsWithData(finding, team, count, chunkOf(count, grains::cast_rays.work / 4, team),
-                     way.manual_cleanup, [&](const Range& range, int thread) {
-                       for (std::size_t i = range.begin; i < range.end; ++i)
-                         find(i, thread, /*alone=*/team == 1);
-                     });
-    for (std::size_t i = 0; i < count; ++i)
+    if (team() > 1) prepareThoseInSpaces();
+    findAll(finding, [this](std::size_t i, int thread, bool alone) { find(i, thread, alone); });
+    for (std::size_t i = 0; i < request.count; ++i)
       if (lists.blocks[i].thread == nobody) find(i, 0, /*alone=*/true);
     listAll();
     const ContactRequest contacts = {nullptr, request.flags, {}};
-    lists.narrow_phase.run(lists.all.pairs, contacts, threads, way.manual_cleanup);
+    lists.narrow_phase.run(lists.pairs, contacts, way.threads, way.manual_cleanup);
   }
 
   void prefetchLater(std::size_t i) const {
     if (i + prefetch_distance < request.count)
-      prefetchObject(request.probes[i + prefetch_distance].geom, sizeof(dxGeom));
+      prefetchObject(request.probe(i + prefetch_distance).geom, sizeof(dxGeom));
   }
 
   // Another thread may be bringing the geoms of such a space up to date. The calling thread waits
@@ -61,16 +40,16 @@ struct Pass {
   void prepareThoseInSpaces() const {
     for (std::size_t i = 0; i < request.count; ++i) {
       prefetchLater(i);
-      dxGeom* const geom = request.probes[i].geom;
+      dxGeom* const geom = request.probe(i).geom;
       if (geom && geom->parent_space) request.prepare(geom);
     }
   }
 
   void find(std::size_t i, int thread, bool alone) {
-    dParallelSAPProbe& probe = request.probes[i];
+    dParallelSAPProbe& probe = request.probe(i);
     prefetchLater(i);
-    Share& share = lists.shares[static_cast<std::size_t>(thread)];
-    Block& block = lists.blocks[i] = {share.pairs.size(), 0, thread};
+    Share& share = lists.shares[thread];
+    BatchBlock& block = lists.blocks[i] = {share.found.size(), 0, thread};
     probe.touched = 0;
     if (alone)
       request.prepare(probe.geom);
@@ -79,13 +58,13 @@ struct Pass {
     if (block.thread == nobody || hasNaN(probe.geom)) return;
     {
       const ScopedMode exact(exactMode());
-      findHits(tree, scene.slots, probe.geom, rules, share.query);
+      findHits(tree, scene.slots, probe.geom, way.rules, share.query);
       for (dxGeom* const geom : share.query.hits)
         if (!add(i, geom, Slots::slotOf(geom), alone, share)) block.thread = nobody;
     }
-    if (block.thread == nobody) return share.resize(block.first);
+    if (block.thread == nobody) return share.found.resize(block.first);
     if (request.any) probe.touched = collideAny(block.first, alone, share);
-    block.count = static_cast<std::uint32_t>(share.pairs.size() - block.first);
+    block.count = static_cast<std::uint32_t>(share.found.size() - block.first);
   }
 
   // False where that is left to the calling thread, which complains, too.
@@ -107,20 +86,16 @@ struct Pass {
   // As a near callback would that calls dSpaceCollide2 of the probe and a sub-space. False where
   // that is left to the calling thread.
   bool add(std::size_t i, dxGeom* geom, Slot slot, bool alone, Share& share) {
-    const dParallelSAPProbe& probe = request.probes[i];
+    const dParallelSAPProbe& probe = request.probe(i);
     if (probe.ignore && geom->body == probe.ignore) return true;
-    if (way.filter.isSet() && !IS_SPACE(geom)) {
-      const ScopedMode programs(programs_mode);
-      if (way.filter.rejects(request.first + i, geom)) return true;
-    }
+    if (!IS_SPACE(geom) && rejects(i, geom)) return true;
     if (hasAABBTest(geom) || hasAABBTest(probe.geom)) {
       if (!alone) return false;
-      const ScopedMode programs(programs_mode);
+      const ScopedMode programs(mode);
       if (!passesAABBTests(geom, probe.geom)) return true;
     }
     if (!IS_SPACE(geom)) {
-      share.pairs.push_back({probe.geom, geom});
-      share.slots.push_back(slot);
+      share.found.push_back({{probe.geom, geom}, slot});
       return true;
     }
     bool all = true;
@@ -135,7 +110,7 @@ struct Pass {
   __attribute__((noinline)) bool addNested(std::size_t i, const NestedTree& own, bool alone,
                                            Share& share) {
     bool all = true;
-    findHits(&own.tree, own.geoms, request.probes[i].geom, PackRules(), share.nested);
+    findHits(&own.tree, own.geoms, request.probe(i).geom, PackRules(), share.nested);
     for (std::size_t hit = 0; hit < share.nested.hits.size() && all; ++hit)
       all = add(i, share.nested.hits[hit], own.slot, alone, share);
     return all;
@@ -146,72 +121,67 @@ struct Pass {
   bool collideAny(std::size_t first, bool alone, Share& share) {
     std::size_t left = first;
     share.contacts.resizeDiscarding(static_cast<std::size_t>(request.flags & 0xffff));
-    for (std::size_t i = first; i < share.pairs.size(); ++i) {
-      const dParallelSAPPair pair = share.pairs[i];
+    for (std::size_t i = first; i < share.found.size(); ++i) {
+      const dParallelSAPPair& pair = share.found[i].pair;
       const ColliderUse use = alone ? ColliderUse::Light : colliderUse(pair.o1, pair.o2);
       if (use == ColliderUse::OwnCollider || use == ColliderUse::CallingThread) {
-        share.pairs[left] = pair;
-        share.slots[left++] = share.slots[i];
+        share.found[left++] = share.found[i];
       } else if (collideInTurn(pair.o1, pair.o2, request.flags, share.contacts.data(),
                                sizeof(dContactGeom))) {
-        return share.resize(first), true;
+        return share.found.resize(first), true;
       }
     }
-    return share.resize(left), false;
+    return share.found.resize(left), false;
   }
 
   // The shares in the order of the probes.
   void listAll() {
     std::size_t count = 0;
-    for (const Share& share : lists.shares) count += share.pairs.size();
-    lists.all.resize(count);
-    dParallelSAPPair* pair = lists.all.pairs.data();
-    Slot* slot = lists.all.slots.data();
-    for (const Block& block : lists.blocks) {
-      const Share& share = lists.shares[static_cast<std::size_t>(block.thread)];
-      for (std::size_t i = block.first; i < block.first + block.count; ++i) {
-        *pair++ = share.pairs[i];
-        *slot++ = share.slots[i];
+    for (const Share& share : lists.shares) count += share.found.size();
+    lists.pairs.resizeDiscarding(count);
+    lists.slots.resizeDiscarding(count);
+    std::size_t place = 0;
+    for (const BatchBlock& block : lists.blocks) {
+      const Found* found = lists.shares[block.thread].found.data() + block.first;
+      for (std::uint32_t left = block.count; left > 0; --left, ++found, ++place) {
+        lists.pairs[place] = found->pair;
+        lists.slots[place] = found->slot;
       }
     }
   }
-};
 
-// Needs no pass: a callback may leave it by longjmp.
-std::size_t report(const Scene& scene, const OverlapRequest& request, const OverlapLists& lists) {
-  std::size_t all = 0, place = 0;
-  for (std::size_t i = 0; i < request.count; ++i) {
-    std::size_t& touched = request.probes[i].touched;
-    for (std::size_t left = lists.blocks[i].count; left > 0; --left)
-      touched += lists.narrow_phase.contactsOf(place++).count > 0;
-    if (request.any) touched = touched > 0;
-    all += touched;
-  }
-  if (!request.callback) return all;
-  const Reports::Open open(scene.reports);
-  place = 0;
-  for (std::size_t i = 0; i < request.count; ++i)
-    for (std::size_t left = lists.blocks[i].count; left > 0; --left, ++place) {
-      const NarrowPhase::Contacts contacts = lists.narrow_phase.contactsOf(place);
-      dxGeom* const geom = lists.all.pairs[place].o2;
-      if (contacts.count && (!scene.reports.changed() ||
-                             scene.reports.holds(scene.slots, lists.all.slots[place], geom)))
-        request.callback(request.data, request.first + i, geom, contacts.data,
-                         static_cast<int>(contacts.count));
+  // Needs no pass: a callback may leave it by longjmp.
+  static std::size_t report(const Scene& scene, const OverlapRequest& request,
+                            const OverlapLists& lists) {
+    std::size_t all = 0, place = 0;
+    for (std::size_t i = 0; i < request.count; ++i) {
+      std::size_t& touched = request.probe(i).touched;
+      for (std::size_t left = lists.blocks[i].count; left > 0; --left)
+        touched += lists.narrow_phase.contactsOf(place++).count > 0;
+      if (request.any) touched = touched > 0;
+      all += touched;
     }
-  return all;
-}
+    if (!request.callback) return all;
+    const Reports::Open open(scene.reports);
+    place = 0;
+    for (std::size_t i = 0; i < request.count; ++i)
+      for (std::size_t left = lists.blocks[i].count; left > 0; --left, ++place) {
+        const NarrowPhase::Contacts contacts = lists.narrow_phase.contactsOf(place);
+        dxGeom* const geom = lists.pairs[place].o2;
+        if (contacts.count && (!scene.reports.changed() ||
+                               scene.reports.holds(scene.slots, lists.slots[place], geom)))
+          request.callback(request.data, request.first + i, geom, contacts.data,
+                           static_cast<int>(contacts.count));
+      }
+    return all;
+  }
+};
 
 }  // namespace
 
-std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const PackRules& rules,
-                         const OverlapRequest& request, const BatchWay& way, OverlapLists& lists,
-                         NestedTrees nested) {
-  const auto find = [&](const GeomTree* by, const OverlapRequest& probes, int threads) {
-    Pass{scene, rules, probes, way, threads, lists, by, nested}.run();
-  };
-  return runBatch(scene, tree, request, way, lists, nested, find,
-                  [&](const OverlapRequest& probes) { return report(scene, probes, lists); });
+std::size_t findOverlaps(const Scene& scene, GeomTree& tree, const OverlapRequest& request,
+                         const BatchWay& way, OverlapLists& lists, NestedTrees nested) {
+  return runBatch<Pass>(scene, tree, request, way, lists, std::move(nested));
 }
 
 }  // namespace ode_parallel_sap

@@ -6,10 +6,7 @@
 #include <tuple>
 #include <type_traits>
 
-#include "space/base/parallel.h"
 #include "space/base/platform.h"
-#include "space/base/tuning.h"
-#include "space/contacts/collider_threads.h"
 #include "space/geoms/pair_rule.h"
 #include "space/queries/ray_bounds.h"
 
@@ -20,9 +17,7 @@ namespace {
 Region casting("rays: rays"), colliding_on_images("rays: geoms on images");
 
 using Waiting = RayLists::Waiting;
-using Block = RayLists::Block;
 using Share = RayLists::Share;
-using Geoms = GeomTree::Geoms;
 
 // The distance of hits decides, then where the geoms stand. NaN is farther than all else.
 bool isNearer(const RayFound& a, const RayFound& b) {
@@ -83,9 +78,7 @@ class RayProbe {
   dxGeom* geom() const { return ray_; }
   const dReal* origin() const { return ray_->final_posr->pos; }
   // As ODE has made it of length 1.
-  void direction(dReal* direction) const {
-    for (int axis = 0; axis < 3; ++axis) direction[axis] = ray_->final_posr->R[4 * axis + 2];
-  }
+  void direction(dReal* to) const { dGetMatrixColumn3(to, ray_->final_posr->R, 2); }
 
   // dCollide of the ray and a geom that is or carries `shape`: all contacts, since colliders may
   // find them in no order. Returns their number. A mesh's callbacks may decline the closest hit.
@@ -136,37 +129,23 @@ class RayProbe {
   Buffer<dContactGeom> contacts_;
 };
 
-// A batch on its way.
-class Pass {
- public:
-  // `tree` is up to date, or null.
-  Pass(const GeomTree* tree, const NestedTrees& nested, const Geoms& geoms,
-       const RayRequest& request, const BatchWay& way, RayLists& store)
-      : tree_(tree),
-        nested_(nested),
-        geoms_(geoms),
-        request_(request),
-        way_(way),
-        store_(store),
-        most_hits_(request.nearest ? 1 : std::max(1, request.flags & 0xffff)) {}
+struct Pass : BatchPass<RayRequest, RayLists> {
+  std::deque<RayProbe> probes = {};  // by thread
 
   // Nothing after it needs memory.
-  void run(int team) {
-    const std::size_t count = static_cast<std::size_t>(team);
-    while (probes_.size() < count) probes_.emplace_back(request_.flags, request_.nearest);
-    if (store_.shares.size() < count) store_.shares.resize(count);
-    for (Share& share : store_.shares) share.clear();
-    store_.blocks.resizeDiscarding(request_.count);
-    castAll(team);
-    collideWaiting(team);
-    gather(store_.shares, &Share::late, store_.late);
-    std::sort(store_.late.begin(), store_.late.end(), isBefore);
+  void run() {
+    while (probes.size() < static_cast<std::size_t>(team()))
+      probes.emplace_back(request.flags, request.nearest);
+    findAll(casting,
+            [this](std::size_t ray, int thread, bool alone) { castOne(ray, thread, alone); });
+    collideWaiting();
+    gather(lists.shares, &Share::late, lists.late);
+    std::sort(lists.late.begin(), lists.late.end(), isBefore);
     std::uint32_t most = 0;
-    for (const Block& block : store_.blocks) most = std::max(most, block.count);
-    store_.hits.reserve(most + store_.late.size());
+    for (const BatchBlock& block : lists.blocks) most = std::max(most, block.count);
+    lists.hits.reserve(most + lists.late.size());
   }
 
- private:
   // A ray on its way.
   struct Flight {
     std::size_t ray;
@@ -177,36 +156,26 @@ class Pass {
     std::size_t first_found;  // of the share
   };
 
-  void castAll(int team) {
-    constexpr std::size_t most = grains::cast_rays.work / 4;
-    const std::size_t chunk = chunkOf(request_.count, most, team);
-    runPartsWithData(casting, team, request_.count, chunk, way_.manual_cleanup,
-                     [&](const Range& range, int thread) {
-                       for (std::size_t ray = range.begin; ray < range.end; ++ray)
-                         castOne(ray, thread, team == 1);
-                     });
-  }
-
   // On images, and then in the order of rays what these do not serve.
-  void collideWaiting(int threads) {
-    Buffer<Waiting>& waiting = store_.waiting;
-    gather(store_.shares, &Share::waiting, waiting);
-    for (Share& share : store_.shares) share.waiting.resizeDiscarding(0);
+  void collideWaiting() {
+    Buffer<Waiting>& waiting = lists.waiting;
+    gather(lists.shares, &Share::waiting, waiting);
+    for (Share& share : lists.shares) share.waiting.resizeDiscarding(0);
     const std::size_t wanted = static_cast<std::size_t>(std::count_if(
         waiting.begin(), waiting.end(), [](const Waiting& each) { return each.for_image; }));
-    const ThreadColliders images(teamFor(wanted, grains::heavy_pairs, threads), wanted);
-    const int team = std::max(1, images.count());
-    runPartsWithData(colliding_on_images, team, waiting.size(),
-                     chunkOf(waiting.size(), grains::heavy_pairs.work, team), way_.manual_cleanup,
+    const ThreadColliders images(teamFor(wanted, grains::heavy_pairs, team()), wanted);
+    const int threads = std::max(1, images.count());
+    runPartsWithData(colliding_on_images, threads, waiting.size(),
+                     chunkOf(waiting.size(), grains::heavy_pairs.work, threads), way.manual_cleanup,
                      [&](const Range& range, int thread) {
                        for (std::size_t i = range.begin; i < range.end; ++i)
                          if (images.count() && waiting[i].for_image &&
-                             images[thread].serves(probes_[0].geom(), waiting[i].geom))
+                             images[thread].serves(probes[0].geom(), waiting[i].geom))
                            collideLate(waiting[i], thread, &images[thread]);
                          else
-                           shareOf(thread).waiting.push_back(waiting[i]);
+                           lists.shares[thread].waiting.push_back(waiting[i]);
                      });
-    gather(store_.shares, &Share::waiting, waiting);
+    gather(lists.shares, &Share::waiting, waiting);
     std::sort(waiting.begin(), waiting.end(), [](const Waiting& a, const Waiting& b) {
       return std::tie(a.ray, a.target.slot, a.target.within) <
              std::tie(b.ray, b.target.slot, b.target.within);
@@ -214,20 +183,17 @@ class Pass {
     for (const Waiting& each : waiting) collideLate(each, 0, nullptr);
   }
 
-  Share& shareOf(int thread) const { return store_.shares[static_cast<std::size_t>(thread)]; }
-
   void castOne(std::size_t ray, int thread, bool alone) {
-    RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
-    Share& share = shareOf(thread);
-    Block& block = store_.blocks[ray];
-    block = {share.found.size(), 0, static_cast<std::uint32_t>(thread)};
-    const dParallelSAPRay asked = request_.ray(ray);
+    RayProbe& probe = probes[thread];
+    Share& share = lists.shares[thread];
+    BatchBlock& block = lists.blocks[ray] = {share.found.size(), 0, thread};
+    const dParallelSAPRay asked = request.ray(ray);
     if (!probe.aim(asked)) return;
     Flight flight = {ray, probe, share, alone, asked.length, block.first};
     {
       const ScopedMode exact(exactMode());
-      if (tree_)
-        meetTree(flight, *tree_, geoms_, flight.share.slots[0], [](Slot slot) -> RayTarget {
+      if (tree)
+        meetTree(flight, *tree, scene.slots, flight.share.slots[0], [](Slot slot) -> RayTarget {
           return {slot, 0};
         });
       else
@@ -238,16 +204,17 @@ class Pass {
   }
 
   void meetAll(Flight& flight) const {
-    for (std::size_t slot = 0; slot < geoms_.size(); ++slot) {
-      if (slot + prefetch_distance < geoms_.size())
-        if (const dxGeom* const later = geoms_[slot + prefetch_distance]) prefetch(later->aabb);
-      if (geoms_[slot]) meet(flight, geoms_[slot], {static_cast<Slot>(slot), 0});
+    const GeomTree::Geoms& geoms = scene.slots;
+    for (std::size_t slot = 0; slot < geoms.size(); ++slot) {
+      if (slot + prefetch_distance < geoms.size())
+        if (const dxGeom* const later = geoms[slot + prefetch_distance]) prefetch(later->aabb);
+      if (geoms[slot]) meet(flight, geoms[slot], {static_cast<Slot>(slot), 0});
     }
   }
 
   template <class TargetOf>
-  void meetTree(Flight& flight, const GeomTree& tree, const Geoms& geoms, Buffer<Slot>& slots,
-                TargetOf targetOf) const {
+  void meetTree(Flight& flight, const GeomTree& tree, const GeomTree::Geoms& geoms,
+                Buffer<Slot>& slots, TargetOf targetOf) const {
     const auto meetOwn = [&](Slot slot) { meet(flight, geoms[slot], targetOf(slot)); };
     // Those of a kind and of the next ones that its box overlaps.
     const auto meetByBox = [&](GeomTree::Kind first) {
@@ -275,18 +242,15 @@ class Pass {
       meetWithin(flight, static_cast<dxSpace*>(geom), target);
       return;
     }
-    if (way_.filter.isSet()) {
-      const ScopedMode programs(mode_);
-      if (way_.filter.rejects(request_.first + flight.ray, geom)) return;
-    }
+    if (rejects(flight.ray, geom)) return;
     if (flight.alone) {
-      const ScopedMode programs(mode_);
+      const ScopedMode programs(mode);
       if (passesAABBTests(geom, flight.probe.geom())) hit(flight, geom, target);
       return;
     }
     const ColliderUse use = colliderUse(flight.probe.geom(), geom);
     if (use == ColliderUse::Light || use == ColliderUse::Heavy) {
-      const ScopedMode programs(mode_);
+      const ScopedMode programs(mode);
       hit(flight, geom, target);
     } else {
       flight.share.waiting.push_back({flight.ray, target, geom, use == ColliderUse::OwnCollider});
@@ -302,7 +266,7 @@ class Pass {
 
   // As a near callback would that calls dSpaceCollide2 of the ray and the sub-space.
   void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const {
-    if (const NestedTree* const own = nestedAt(nested_, target.slot))
+    if (const NestedTree* const own = nestedAt(nested, target.slot))
       return meetNested(flight, *own);
     for (dxGeom* geom = space->first; geom; geom = geom->next) {
       if (!IS_SPACE(geom))
@@ -317,7 +281,7 @@ class Pass {
     Buffer<RayFound>& all = flight.share.found;
     const std::size_t before = all.size(), first = flight.first_found;
     collide({flight.ray, target, geom, false}, flight.probe, nullptr, all);
-    if (!request_.nearest || all.size() == before) return;
+    if (!request.nearest || all.size() == before) return;
     flight.reach = std::min(flight.reach, all[before].hit.distance);
     if (before == first) return;
     if (isNearer(all[before], all[first])) all[first] = all[before];
@@ -325,23 +289,23 @@ class Pass {
   }
 
   void collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
-    RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
-    probe.aim(request_.ray(waiting.ray));
-    Buffer<RayFound>& late = shareOf(thread).late;
+    RayProbe& probe = probes[thread];
+    probe.aim(request.ray(waiting.ray));
+    Buffer<RayFound>& late = lists.shares[thread].late;
     if (image || passesAABBTests(waiting.geom, probe.geom())) collide(waiting, probe, image, late);
   }
 
   // Appends the nearest hits of a geom, as many as are wanted.
   void collide(const Waiting& pair, RayProbe& probe, ThreadCollider* image,
                Buffer<RayFound>& found) const {
-    const bool is_carrier = pair.geom->type == dGeomTransformClass;
-    dxGeom* const shape = is_carrier ? carriedBy(pair.geom) : pair.geom;
+    dxGeom* const shape = carriedBy(pair.geom);
     const int count = probe.collide(pair.geom, shape, image);
     if (count == 0) return;
     const auto* const field = shape && shape->type == dHeightfieldClass
                                   ? static_cast<const dxHeightfield*>(shape)
                                   : nullptr;
-    const std::size_t before = found.size(), most = before + most_hits_;
+    const std::size_t before = found.size();
+    const std::size_t most = before + (request.nearest ? 1 : std::max(1, request.flags & 0xffff));
     found.resize(before + static_cast<std::size_t>(count));
     RayFound* next = found.begin() + before;
     for (int i = 0; i < count; ++i)
@@ -354,60 +318,44 @@ class Pass {
     found.resize(most);
   }
 
-  const GeomTree* const tree_;
-  const NestedTrees& nested_;
-  const Geoms& geoms_;
-  const RayRequest& request_;
-  const BatchWay& way_;
-  RayLists& store_;
-  const std::size_t most_hits_;  // of a ray and a geom
-  std::deque<RayProbe> probes_;  // by thread
-  const FloatingPointMode mode_ = currentMode();
-};
-
-// Needs no pass: a callback may leave it by longjmp.
-std::size_t report(const Scene& scene, const RayRequest& request, RayLists& store) {
-  const Reports::Open open(scene.reports, request.all);
-  std::size_t all = 0;
-  const RayFound* late = store.late.begin();
-  for (std::size_t ray = 0; ray < request.count; ++ray) {
-    if (request.nearest) request.nearest[ray] = {};
-    const Block& block = store.blocks[ray];
-    const RayFound* const first_late = late;
-    while (late != store.late.end() && late->ray == ray) ++late;
-    std::size_t count = block.count + static_cast<std::size_t>(late - first_late);
-    store.hits.resizeDiscarding(count);
-    const RayFound* a = store.shares[block.thread].found.data() + block.first;
-    const RayFound *const a_end = a + block.count, *b = first_late;
-    dParallelSAPRayHit* next = store.hits.data();
-    for (; count > 0; --count) {
-      const RayFound& found = a != a_end && (b == late || isNearer(*a, *b)) ? *a++ : *b++;
-      *next = found.hit;
-      next += !scene.reports.changed() ||
-              scene.reports.holds(scene.slots, found.target.slot, found.hit.geom);
+  // Needs no pass: a callback may leave it by longjmp.
+  static std::size_t report(const Scene& scene, const RayRequest& request, RayLists& lists) {
+    const Reports::Open open(scene.reports, request.all);
+    std::size_t all = 0;
+    const RayFound* late = lists.late.begin();
+    for (std::size_t ray = 0; ray < request.count; ++ray) {
+      if (request.nearest) request.nearest[request.first + ray] = {};
+      const BatchBlock& block = lists.blocks[ray];
+      const RayFound* const first_late = late;
+      while (late != lists.late.end() && late->ray == ray) ++late;
+      std::size_t count = block.count + static_cast<std::size_t>(late - first_late);
+      lists.hits.resizeDiscarding(count);
+      const RayFound* a = lists.shares[block.thread].found.data() + block.first;
+      const RayFound *const a_end = a + block.count, *b = first_late;
+      dParallelSAPRayHit* next = lists.hits.data();
+      for (; count > 0; --count) {
+        const RayFound& found = a != a_end && (b == late || isNearer(*a, *b)) ? *a++ : *b++;
+        *next = found.hit;
+        next += !scene.reports.changed() ||
+                scene.reports.holds(scene.slots, found.target.slot, found.hit.geom);
+      }
+      count = static_cast<std::size_t>(next - lists.hits.data());
+      if (count == 0) continue;
+      if (request.nearest)
+        request.nearest[request.first + ray] = lists.hits[0];
+      else
+        request.all(request.data, request.first + ray, lists.hits.data(), count);
+      all += request.nearest ? 1 : count;
     }
-    count = static_cast<std::size_t>(next - store.hits.data());
-    if (count == 0) continue;
-    if (request.nearest)
-      request.nearest[ray] = store.hits[0];
-    else
-      request.all(request.data, request.first + ray, store.hits.data(), count);
-    all += request.nearest ? 1 : count;
+    return all;
   }
-  return all;
-}
+};
 
 }  // namespace
 
 std::size_t castRays(const Scene& scene, GeomTree& tree, const RayRequest& request,
                      const BatchWay& way, RayLists& lists, NestedTrees nested) {
-  if (request.count == 0) return 0;
-  const auto find = [&](const GeomTree* by, const RayRequest& rays, int threads) {
-    const int team = teamFor(rays.count, grains::cast_rays, threads);
-    Pass(by, nested, scene.slots, rays, way, lists).run(team);
-  };
-  return runBatch(scene, tree, request, way, lists, nested, find,
-                  [&](const RayRequest& rays) { return report(scene, rays, lists); });
+  return request.count ? runBatch<Pass>(scene, tree, request, way, lists, std::move(nested)) : 0;
 }
 
 }  // namespace ode_parallel_sap

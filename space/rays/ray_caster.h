@@ -37,11 +37,6 @@ struct RayLists {
     dxGeom* geom;
     bool for_image;  // else for the calling thread
   };
-  // Hits [first, first + count) of a thread's share.
-  struct Block {
-    std::size_t first;
-    std::uint32_t count, thread;
-  };
   struct alignas(64) Share {
     Buffer<RayFound> found;
     Buffer<RayFound> late;  // of what waited, in no order
@@ -57,7 +52,7 @@ struct RayLists {
   };
 
   std::vector<Share> shares;  // by thread
-  Buffer<Block> blocks;       // by ray
+  Buffer<BatchBlock> blocks;  // by ray
   Buffer<Waiting> waiting;
   Buffer<RayFound> late;
   Buffer<dParallelSAPRayHit> hits;
@@ -81,13 +76,6 @@ struct RayRequest {
     const char* const bytes = reinterpret_cast<const char*>(rays);
     std::memcpy(&ray, bytes + (first + i) * ray_size, ray_size);
     return ray;
-  }
-  RayRequest only(std::size_t i) const {
-    RayRequest one = *this;
-    one.count = 1;
-    one.first += i;
-    if (one.nearest) one.nearest += i;
-    return one;
   }
 };
 
