@@ -28,8 +28,8 @@ class Traveller {
     if (!geom->body) return;
     dBodyCopyPosition(geom->body, centre_);
     if (!dBodyIsEnabled(geom->body)) return;
-    straighten();
-    for (int i = 0; i < 3; ++i) turn_[i] = dBodyGetAngularVel(geom->body)[i] * step;
+    dCopyScaledVector3(shift_, dBodyGetLinearVel(geom->body), step);
+    dCopyScaledVector3(turn_, dBodyGetAngularVel(geom->body), step);
     if (dCalcVectorLengthSquare3(shift_) + dCalcVectorLengthSquare3(turn_) == 0) return;
     geom->recomputePosr();
     home_ = geom->final_posr;
@@ -81,27 +81,19 @@ class Traveller {
   }
   // Bends its way, and makes it what its body's velocity says.
   void shiftMore(dReal by, const dReal* direction) {
-    for (int i = 0; i < 3; ++i) shift_[i] += by * direction[i];
+    dAddVectorScaledVector3(shift_, shift_, direction, by);
   }
   void straighten() {
-    if (!geom_->body || !dBodyIsEnabled(geom_->body)) return;
-    for (int i = 0; i < 3; ++i) shift_[i] = dBodyGetLinearVel(geom_->body)[i] * step_;
+    if (home_) dCopyScaledVector3(shift_, dBodyGetLinearVel(geom_->body), step_);
   }
+  dxGeom* geom() const { return geom_; }
   bool moves() const { return home_ != nullptr; }
   const dReal* centre() const { return centre_; }  // of its body, now
   const dReal* shift() const { return shift_; }
   dReal turned() const { return turned_; }      // by its farthest point
   dReal smallest() const { return smallest_; }  // side; endless of one that does not move
-  // Whether its body answers to contacts; and what it weighs, with the mean inertia of its axes.
+  // Whether its body answers to contacts.
   bool answers() const { return geom_->body && !dBodyIsKinematic(geom_->body); }
-  struct Mass {
-    dReal mass, inertia;
-  };
-  Mass mass() const {
-    dMass mass;
-    dBodyGetMass(geom_->body, &mass);
-    return {mass.mass, (mass.I[0] + mass.I[5] + mass.I[10]) / 3};
-  }
 
  private:
   void lie(dxPosR* where) {
@@ -128,12 +120,11 @@ class Traveller {
 void meetInFlight(const Traveller& one, const Traveller& other, dReal part, dReal smallest,
                   dContactGeom& contact) {
   const Traveller* const both[] = {&one, &other};
-  const Traveller::Mass masses[] = {one.mass(), other.mass()};
-  const bool lighter = masses[1].mass < masses[0].mass;
-  const Traveller::Mass &light = masses[lighter], &heavy = masses[!lighter];
+  dMass masses[2];
   dVector3 between, relative, moments[2], torque, away, blow;
   for (int i : {0, 1}) {
     dVector3 arm;
+    dBodyGetMass(both[i]->geom()->body, &masses[i]);
     both[i]->armTo(contact.pos, arm);
     dCalcVectorCross3(moments[i], arm, contact.normal);
   }
@@ -141,8 +132,11 @@ void meetInFlight(const Traveller& one, const Traveller& other, dReal part, dRea
   dSubtractVectors3(relative, one.shift(), other.shift());
   dCalcVectorCross3(torque, relative, contact.normal);
   dCalcVectorCross3(away, torque, between);
-  const dReal divisor = dCalcVectorLengthSquare3(between) +
-                        heavy.inertia * heavy.mass / (10 * light.mass * light.mass);
+  const bool lighter = masses[1].mass < masses[0].mass;
+  const dMass &light = masses[lighter], &heavy = masses[!lighter];
+  const dReal inertia = (heavy.I[0] + heavy.I[5] + heavy.I[10]) / 3;  // the mean of its axes
+  const dReal divisor =
+      dCalcVectorLengthSquare3(between) + inertia * heavy.mass / (10 * light.mass * light.mass);
   for (int k = 0; k < 3; ++k) blow[k] = contact.normal[k] - part * away[k] / divisor;
   const dReal length = dCalcVectorLength3(blow);
   // Each body has a line of its own. The lighter one's counts for more.
@@ -171,94 +165,87 @@ void meetInFlight(const Traveller& one, const Traveller& other, dReal part, dRea
 }
 
 // Two geoms on their ways, and the contacts of dCollide that they have there.
-class SweptPair {
- public:
-  SweptPair(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* contacts, int skip)
-      : a_(a),
-        b_(b),
-        one_(a, step),
-        other_(b, step),
-        flags_(flags),
-        contacts_(contacts),
-        skip_(skip),
-        smallest_(std::min(one_.smallest(), other_.smallest())),
-        least_(std::min(4 * std::max(one_.fall(), other_.fall()), deeper * smallest_)) {}
+struct SweptPair {
+  Traveller one, other;
+  const int flags;
+  dContactGeom* const contacts;
+  const int skip;
+  const dReal smallest = std::min(one.smallest(), other.smallest());  // side of one that moves
+  // A ball that rolls sinks by this between steps. So it touches the edges of tiles ahead, with
+  // which the next steps deal.
+  dReal least = std::min(4 * std::max(one.fall(), other.fall()), smallest* deeper);
+  int touching = 0;  // contacts at the beginning
 
   // Returns their number.
   int collide() {
-    touching_ = collideNow();
+    touching = collideNow();
     int count = strike(0);
-    if (count == 0) return isFast() ? collideNow() : touching_;
+    if (count == 0) return isFast() ? collideNow() : touching;
     // From the first wall of a mesh on along it, since others are in no other pair.
     for (int walls = 1, first = 0; walls < most_walls && slideAlong(contactAt(first)); ++walls) {
       first = count;
       count = strike(first);
       if (count == first) break;
     }
-    one_.straighten();
-    other_.straighten();
-    if (touching_)
+    one.straighten();
+    other.straighten();
+    if (touching)
       count = collideAt(0, count, [this](const dContactGeom& contact) { return isSlow(contact); });
     return count;
   }
 
- private:
   dContactGeom& contactAt(int i) const {
-    return *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts_) + i * skip_);
+    return *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) + i * skip);
   }
   // Those of dCollide there.
-  int collideAt(dReal part, int flags, dContactGeom* contacts, int skip) {
-    one_.advance(part);
-    other_.advance(part);
-    return collideInTurn(a_, b_, flags, contacts, skip);
+  int collideAt(dReal part, int most, dContactGeom* to, int stride) {
+    one.advance(part);
+    other.advance(part);
+    return collideInTurn(one.geom(), other.geom(), most, to, stride);
   }
-  int collideNow() { return collideAt(0, flags_, contacts_, skip_); }
+  int collideNow() { return collideAt(0, flags, contacts, skip); }
   // Adds those for which isOne() to the first ones, as far as there is room. It sees more than have
   // room: floors come first.
   template <class IsOne>
   int collideAt(dReal part, int first, const IsOne& isOne) {
     dContactGeom seen[most_seen];
-    const int number = collideAt(part, (flags_ & ~NUMC_MASK) | most_seen, seen, sizeof *seen);
+    const int number = collideAt(part, (flags & ~NUMC_MASK) | most_seen, seen, sizeof *seen);
     int count = first;
-    for (int i = 0; i < number && count < (flags_ & NUMC_MASK); ++i)
+    for (int i = 0; i < number && count < (flags & NUMC_MASK); ++i)
       if (isOne(seen[i])) contactAt(count++) = seen[i];
     return count;
   }
 
-  // How far the first geom shifts more than the other one.
-  void relativeShift(dReal* shift) const { dSubtractVectors3(shift, one_.shift(), other_.shift()); }
+  // Of their relative way.
   dReal length() const {
-    dVector3 shift;
-    relativeShift(shift);
-    return dCalcVectorLength3(shift) + one_.turned() + other_.turned();
+    return dCalcPointsDistance3(one.shift(), other.shift()) + one.turned() + other.turned();
   }
   bool isFast() const {
     const dReal way = length();
-    return 2 * way > smallest_ && way < infinity;
+    return 2 * way > smallest && way < infinity;
   }
   // How far the two come apart along a contact's normal: by their shifts alone, and in all.
   dReal shiftsApart(const dContactGeom& contact) const {
     dVector3 shift;
-    relativeShift(shift);
+    dSubtractVectors3(shift, one.shift(), other.shift());
     return dCalcVectorDot3(contact.normal, shift);
   }
   dReal comesApart(const dContactGeom& contact) const {
     dVector3 arms[2];
-    one_.armTo(contact.pos, arms[0]);
-    other_.armTo(contact.pos, arms[1]);
-    return one_.moveAlong(contact.normal, arms[0]) - other_.moveAlong(contact.normal, arms[1]);
+    one.armTo(contact.pos, arms[0]);
+    other.armTo(contact.pos, arms[1]);
+    return one.moveAlong(contact.normal, arms[0]) - other.moveAlong(contact.normal, arms[1]);
   }
-  bool isSlow(const dContactGeom& contact) const { return -2 * comesApart(contact) <= smallest_; }
-  // The floor on which a body rolls may be one mesh with the wall ahead.
-  bool strikes(const dContactGeom& contact) const {
-    return contact.depth > least_ && !(touching_ && isSlow(contact));
-  }
+  bool isSlow(const dContactGeom& contact) const { return -2 * comesApart(contact) <= smallest; }
 
   // Adds the contacts where they first strike each other on their way.
   int strike(int first) {
     if (!isFast()) return first;
-    const auto does = [this](const dContactGeom& contact) { return strikes(contact); };
-    const dReal wanted = std::ceil(4 * length() / smallest_);
+    // The floor on which a body rolls may be one mesh with the wall ahead.
+    const auto does = [this](const dContactGeom& contact) {
+      return contact.depth > least && !(touching && isSlow(contact));
+    };
+    const dReal wanted = std::ceil(4 * length() / smallest);
     const int places = static_cast<int>(std::min(wanted, dReal(most_places)));
     int count = first, place = -1;
     while (count == first && place < places)
@@ -269,7 +256,7 @@ class SweptPair {
       const dReal middle = (apart + part) / 2;
       (collideAt(middle, first, does) > first ? part : apart) = middle;
     }
-    const dReal further = part + deeper * smallest_ / length();
+    const dReal further = part + deeper * smallest / length();
     count = collideAt(further, first, does);
     if (count > first)
       part = further;
@@ -284,11 +271,10 @@ class SweptPair {
 
   // Makes a contact after a part of the step one for a joint that is made now.
   void foretell(dReal part, dContactGeom& contact) const {
-    if (one_.answers() && other_.answers())
-      return meetInFlight(one_, other_, part, smallest_, contact);
-    const Traveller& body = answering();
+    if (one.answers() && other.answers()) return meetInFlight(one, other, part, smallest, contact);
+    const Traveller& body = other.answers() ? other : one;
     const dReal shift = shiftsApart(contact);
-    const bool shifts = -2 * shift > smallest_;
+    const bool shifts = -2 * shift > smallest;
     dVector3 arm;
     body.armTo(contact.pos, arm);
     contact.depth += part * (shifts ? shift : comesApart(contact));
@@ -298,36 +284,24 @@ class SweptPair {
     for (int k = 0; k < 3; ++k)
       contact.pos[k] = body.centre()[k] + (shifts ? along * contact.normal[k] : arm[k]);
   }
-  const Traveller& answering() const { return other_.answers() ? other_ : one_; }
 
   // Bends the way from one to the other, so that it ends where the contact's motion does. False
   // where there is no such way.
   bool slideAlong(const dContactGeom& contact) {
-    if (one_.answers() == other_.answers()) return false;
+    if (one.answers() == other.answers()) return false;
     const dReal too_far = contact.depth - shiftsApart(contact);
-    if (!(too_far > 0 && -2 * shiftsApart(contact) > smallest_)) return false;
-    least_ = deeper * smallest_;  // at the wall
-    one_.moves() ? one_.shiftMore(too_far, contact.normal)
-                 : other_.shiftMore(-too_far, contact.normal);
+    if (!(too_far > 0 && -2 * shiftsApart(contact) > smallest)) return false;
+    least = deeper * smallest;  // at the wall
+    one.moves() ? one.shiftMore(too_far, contact.normal)
+                : other.shiftMore(-too_far, contact.normal);
     return true;
   }
-
-  dxGeom *const a_, *const b_;
-  Traveller one_, other_;
-  const int flags_;
-  dContactGeom* const contacts_;
-  const int skip_;
-  const dReal smallest_;  // side of one that moves
-  // A ball that rolls sinks by this between steps. So it touches the edges of tiles ahead, with
-  // which the next steps deal.
-  dReal least_;
-  int touching_ = 0;  // contacts at the beginning
 };
 
 }  // namespace
 
 int collideSwept(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* contacts, int skip) {
-  return SweptPair(a, b, step, flags, contacts, skip).collide();
+  return SweptPair{{a, step}, {b, step}, flags, contacts, skip}.collide();
 }
 
 }  // namespace ode_parallel_sap
