@@ -49,17 +49,15 @@ bool makeSymbolic(const LoadedLibrary& library, std::string& bytes) {
 
 // The same bytes wherever nothing is written: code and constants.
 bool sameContents(const LoadedLibrary& a, const LoadedLibrary& b) {
-  if (a.segments.size() != b.segments.size() || copyFails("contents")) return false;
-  for (std::size_t i = 0; i < a.segments.size(); ++i) {
-    const Segment &s = a.segments[i], &t = b.segments[i];
-    if (s.begin - a.base != t.begin - b.base || s.end - s.begin != t.end - t.begin ||
-        s.writable != t.writable)
-      return false;
-    if (!s.writable && std::memcmp(reinterpret_cast<const void*>(s.begin),
-                                   reinterpret_cast<const void*>(t.begin), s.end - s.begin) != 0)
-      return false;
-  }
-  return true;
+  const auto same = [&](const Segment& s, const Segment& t) {
+    return s.begin - a.base == t.begin - b.base && s.end - s.begin == t.end - t.begin &&
+           s.writable == t.writable &&
+           (s.writable ||
+            std::memcmp(reinterpret_cast<const void*>(s.begin),
+                        reinterpret_cast<const void*>(t.begin), s.end - s.begin) == 0);
+  };
+  return !copyFails("contents") && std::equal(a.segments.begin(), a.segments.end(),
+                                              b.segments.begin(), b.segments.end(), same);
 }
 
 // What the program's ODE makes of it where no function is set differs from message to error, and
@@ -83,12 +81,9 @@ void* noteAllocation(std::size_t size) {
   return std::malloc(size);
 }
 
-// Colliders that stand for nothing but themselves.
+// A collider that stands for nothing but itself.
 int mark(dGeomID, dGeomID, int, dContactGeom*, int) {
   return 0;
-}
-int otherMark(dGeomID, dGeomID, int, dContactGeom*, int) {
-  return 1;
 }
 
 bool isHeightfield(const dxGeom* geom) {
@@ -297,15 +292,15 @@ void* OdeImage::symbol(const char* name) const {
   return dlsym(handle_, name);
 }
 
-// ODE does not tell where its table of colliders is, but what is written into it is found again.
+// ODE does not tell where its table of colliders is, but what is written into it is found again: of
+// two entries no other place in memory is as far from another one.
 const OdeImage::Table* OdeImage::findTable() const {
   const auto hasMarks = [](const Table& table) {
-    return table.entries[dFirstUserClass][dFirstUserClass].collider == mark &&
-           table.entries[dLastUserClass][dLastUserClass].collider == otherMark;
+    return table[dFirstUserClass][dFirstUserClass].collider == mark &&
+           table[dLastUserClass][dLastUserClass].collider == mark;
   };
   const auto set_collider = IN_IMAGE(dSetColliderOverride);
-  set_collider(dFirstUserClass, dFirstUserClass, mark);
-  set_collider(dLastUserClass, dLastUserClass, otherMark);
+  for (const int type : {dFirstUserClass, dLastUserClass}) set_collider(type, type, mark);
   const Table* found = nullptr;
   for (const Segment& segment : library_.segments) {
     constexpr std::uintptr_t step = alignof(Table);
@@ -313,8 +308,7 @@ const OdeImage::Table* OdeImage::findTable() const {
     for (; segment.writable && !found && at + sizeof(Table) <= segment.end; at += step)
       if (hasMarks(*reinterpret_cast<const Table*>(at))) found = reinterpret_cast<const Table*>(at);
   }
-  set_collider(dFirstUserClass, dFirstUserClass, nullptr);
-  set_collider(dLastUserClass, dLastUserClass, nullptr);
+  for (const int type : {dFirstUserClass, dLastUserClass}) set_collider(type, type, nullptr);
   return found;
 }
 
@@ -339,8 +333,8 @@ void OdeImage::makeHeightfield() {
 
 bool OdeImage::serves(const dxGeom* a, const dxGeom* b) const {
   // The program's ODE must have a collider for these classes, and the image the same.
-  const Entry &own = own_table_->entries[a->type][b->type],
-              &program = programs_table_->entries[a->type][b->type];
+  const Entry &own = (*own_table_)[a->type][b->type],
+              &program = (*programs_table_)[a->type][b->type];
   const auto placeIn = [](std::uintptr_t base, const Entry& entry) {
     return reinterpret_cast<std::uintptr_t>(entry.collider) - base;
   };
@@ -373,10 +367,8 @@ dxGeom* OdeImage::heightfieldLike(const dxGeom* original) {
   std::memcpy(reinterpret_cast<char*>(heightfield_) + from,
               reinterpret_cast<const char*>(original) + from, sizeof(dxGeom) - from);
   const dxHeightfieldData& data = *static_cast<const dxHeightfield*>(original)->m_p_data;
-  const std::size_t before_scratch = static_cast<std::size_t>(
-      reinterpret_cast<const char*>(&data.m_contacts) - reinterpret_cast<const char*>(&data));
-  std::memcpy(static_cast<void*>(heightfield_data_), &data, before_scratch);
-  heightfield_data_->m_pGetHeightCallback = data.m_pGetHeightCallback;
+  std::memcpy(static_cast<void*>(heightfield_data_), &data,
+              offsetof(dxHeightfieldData, m_contacts));
   return heightfield_;
 }
 

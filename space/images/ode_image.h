@@ -65,9 +65,7 @@ class OdeImage final : public ThreadCollider {
     dColliderFn* collider;
     int reverse;
   };
-  struct Table {
-    Entry entries[dGeomNumClasses][dGeomNumClasses];
-  };
+  using Table = Entry[dGeomNumClasses][dGeomNumClasses];
 
   const char* loadCopy(const LoadedLibrary& original);
   const Table* findTable() const;
