@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
-#include <type_traits>
 
 #include "space/base/platform.h"
 #include "space/contacts/collider_threads.h"
@@ -25,10 +24,8 @@ constexpr std::uint32_t most_contacts = 16;
 // ODE's colliders leave the fourth number of a contact's position or normal as the caller had it,
 // or write it, as it comes. Contacts that are copied to the caller must do the same. So those
 // numbers are made signalling NaNs first, which no arithmetic returns.
-using NumberBits =
-    std::conditional<sizeof(dReal) == sizeof(double), std::uint64_t, std::uint32_t>::type;
-constexpr NumberBits unwritten =
-    static_cast<NumberBits>(sizeof(dReal) == sizeof(double) ? 0x7ff4a5c35a3ca5c3 : 0x7fa5a5c3);
+constexpr BoundBits unwritten =
+    static_cast<BoundBits>(sizeof(dReal) == sizeof(double) ? 0x7ff4a5c35a3ca5c3 : 0x7fa5a5c3);
 
 void copyWritten(const dReal* from, dReal* to) {
   const bool fourth = std::memcmp(&from[3], &unwritten, sizeof unwritten) != 0;
@@ -102,8 +99,13 @@ void PrecomputedContacts::collide(Frame& frame, const PairList& pairs) {
   resolve(pairs, {0, pairs.size()}, frame.call.geoms(), threads, list_.data());
   kinds_.resizeDiscarding(list_.size());
   ContactRequest request = {this, 0, {}};
+  // On any thread. With 0 the pair is not collided.
   request.flags_at = [](void* self, std::size_t place, const dParallelSAPPair& pair) {
-    return static_cast<PrecomputedContacts*>(self)->flagsAt(place, pair);
+    PrecomputedContacts& own = *static_cast<PrecomputedContacts*>(self);
+    const Kind kind = kindOf(pair.o1, pair.o2);
+    const int flags = kind == kinds ? 0 : own.habits_[kind].flags;
+    own.kinds_[place] = flags ? kind : kinds;
+    return flags;
   };
   request.prepare = [](dContactGeom* contacts, int count) {
     for (int i = 0; i < std::min<int>(count, most_contacts); ++i)
@@ -115,14 +117,6 @@ void PrecomputedContacts::collide(Frame& frame, const PairList& pairs) {
   last_.precomputed =
       list_.size() - static_cast<std::size_t>(std::count(kinds_.begin(), kinds_.end(), kinds));
   if (last_.precomputed) frame.stats.narrow_threads = used;
-}
-
-// On any thread. With 0 the pair is not collided.
-int PrecomputedContacts::flagsAt(std::size_t place, const dParallelSAPPair& pair) {
-  const Kind kind = kindOf(pair.o1, pair.o2);
-  const int flags = kind == kinds ? 0 : habits_[kind].flags;
-  kinds_[place] = flags ? kind : kinds;
-  return flags;
 }
 
 // The kind of a pair is its two classes and which of its geoms have bodies; it is `kinds` if the

@@ -79,7 +79,6 @@ class PrecomputedContacts final : public LastStage {
 
   static Kind kindOf(const dxGeom* o1, const dxGeom* o2);
   void collide(Frame& frame, const PairList& pairs);
-  int flagsAt(std::size_t place, const dParallelSAPPair& pair);
   void endReport();
   void learn();
   bool anyChanged() const { return changed_all_ || !changed_.empty(); }

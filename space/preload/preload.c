@@ -106,15 +106,15 @@ __attribute__((destructor)) static void reportNone(void) {
             "dParallelSAPSpaceCreate of " ODE_PARALLEL_SAP_LIBRARY "\n");
 }
 
-static void readWanted(const char* list) {
+static void readSettings(void) {
+  const char* list = getenv("ODE_PARALLEL_SAP_REPLACE");
+  if (!list) list = "hash,sap,quadtree";
   while (*list) {
     const size_t length = strcspn(list, ", ");
     int known = length == 0 || (length == 4 && strncmp(list, "none", length) == 0);
-    for (int kind = 0; kind < KINDS; ++kind) {
-      if (strlen(kind_names[kind]) != length || strncmp(list, kind_names[kind], length) != 0)
-        continue;
-      wanted[kind] = known = 1;
-    }
+    for (int kind = 0; kind < KINDS; ++kind)
+      if (strlen(kind_names[kind]) == length && strncmp(list, kind_names[kind], length) == 0)
+        wanted[kind] = known = 1;
     if (!known)
       fprintf(stderr,
               "ode-parallel-sap: ODE_PARALLEL_SAP_REPLACE names %.*s, which is no kind of space "
@@ -123,11 +123,6 @@ static void readWanted(const char* list) {
     list += length;
     if (*list) ++list;
   }
-}
-
-static void readSettings(void) {
-  const char* const list = getenv("ODE_PARALLEL_SAP_REPLACE");
-  readWanted(list ? list : "hash,sap,quadtree");
   if (printsStats()) atexit(report);
 }
 
@@ -249,17 +244,6 @@ MAKES(dQuadTreeSpaceClass, dQuadTreeSpaceCreate,
       (dSpaceID parent, const dVector3 center, const dVector3 extents, int depth),
       (parent, center, extents, depth))
 
-/* ODE itself would take a stand-in for a dxHashSpace and write beyond its fields. */
-PUBLIC void dHashSpaceSetLevels(dSpaceID space, int minlevel, int maxlevel) {
-  if (!stand_ins || !stand_ins->levels(space, 1, &minlevel, &maxlevel))
-    ORIGINAL(dHashSpaceSetLevels)(space, minlevel, maxlevel);
-}
-
-PUBLIC void dHashSpaceGetLevels(dSpaceID space, int* minlevel, int* maxlevel) {
-  if (!stand_ins || !stand_ins->levels(space, 0, minlevel, maxlevel))
-    ORIGINAL(dHashSpaceGetLevels)(space, minlevel, maxlevel);
-}
-
 /* Contacts that are known need no ODE. */
 PUBLIC int dCollide(dGeomID o1, dGeomID o2, int flags, dContactGeom* contact, int skip) {
   const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE);
@@ -293,10 +277,4 @@ CHANGES(NULL, body, dBodyEnable, (dBodyID body), (body))
 CHANGES(NULL, body, dBodyDestroy, (dBodyID body), (body))
 CHANGES(NULL, body, dBodySetAutoDisableFlag, (dBodyID body, int flag), (body, flag))
 CHANGES(NULL, body, dBodySetAutoDisableDefaults, (dBodyID body), (body))
-
-/* Which destroys all its bodies. */
-PUBLIC void dWorldDestroy(dWorldID world) {
-  const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE);
-  if (use) use->any_changed();
-  ORIGINAL(dWorldDestroy)(world);
-}
+CHANGES(NULL, NULL, dWorldDestroy, (dWorldID world), (world))

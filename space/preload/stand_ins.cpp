@@ -103,8 +103,6 @@ class StandIn final : public ParallelSAPSpace {
     if (precomputed_) sums.precomputed.add(precomputed_->counts());
   }
 
-  int minlevel = -3, maxlevel = 10;  // what dHashSpace begins with
-
  private:
   // dHashSpace passes the geom with the smaller cells first. If they are equal, and always in
   // dSimpleSpace, the geom that moved last comes first.
@@ -114,7 +112,8 @@ class StandIn final : public ParallelSAPSpace {
       const dReal* const b = geom->aabb;
       const dReal size = std::max({b[1] - b[0], b[3] - b[2], b[5] - b[4]});
       std::frexp(size, &level);
-      level = size < dInfinity && level <= maxlevel ? std::max(level, minlevel) : INT_MAX;
+      const auto& [least, most] = hash_levels_;
+      level = size < dInfinity && level <= most ? std::max(level, least) : INT_MAX;
     }
     const auto moved = moved_.find(geom);
     return {level, moved == moved_.end() ? 0 : -moved->second};
@@ -126,21 +125,6 @@ class StandIn final : public ParallelSAPSpace {
   const Facts* facts_ = nullptr;                        // where they are counted
   const PrecomputedContacts* precomputed_ = nullptr;    // the space's
 };
-
-int levels(dSpaceID space, int sets, int* minlevel, int* maxlevel) {
-  StandIn* const own = dynamic_cast<StandIn*>(space);
-  if (!own) return 0;
-  const char* const caller = sets ? "dHashSpaceSetLevels" : "dHashSpaceGetLevels";
-  require(own->type == dHashSpaceClass, "argument must be a hash space", caller);
-  if (sets) {
-    require(*minlevel <= *maxlevel, "must have minlevel <= maxlevel", caller);
-    own->minlevel = *minlevel;
-    own->maxlevel = *maxlevel;
-  }
-  if (minlevel) *minlevel = own->minlevel;
-  if (maxlevel) *maxlevel = own->maxlevel;
-  return 1;
-}
 
 void report() {
   Account& sums = account();
@@ -170,6 +154,7 @@ void report() {
 }
 
 void noteChange(dxGeom* geom, dBodyID body) {
+  if (!geom && !body) return ParallelSAPSpace::notifyAll();
   if (body)
     for (dxGeom* own = dBodyGetFirstGeom(body); own; own = dBodyGetNextGeom(own))
       noteChange(own, nullptr);
@@ -186,16 +171,17 @@ const dParallelSAPStandIns* dParallelSAPGetStandIns(void) {
   using namespace ode_parallel_sap;
   static const dParallelSAPStandIns stand_ins = {
       [] {
-        ParallelSAPSpace space(nullptr);
-        return misfitOfODE(&space);
+        ParallelSAPSpace space(nullptr, dHashSpaceClass);
+        const char* const misfit = misfitOfODE(&space);
+        int least = 0, most = 0;
+        if (!misfit) dHashSpaceGetLevels(&space, &least, &most);
+        return misfit || (least == -3 && most == 10) ? misfit : "the levels of a hash space";
       },
       [](dSpaceID parent, int space_class) -> dSpaceID { return new StandIn(parent, space_class); },
-      levels,
       report,
       [](auto* collide) { ode_collide.store(collide, std::memory_order_relaxed); },
       PrecomputedContacts::answer,
       noteChange,
-      ParallelSAPSpace::notifyAll,
       PrecomputedContacts::stop};
   return &stand_ins;
 }

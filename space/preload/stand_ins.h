@@ -17,8 +17,6 @@ typedef struct dParallelSAPStandIns {
   /* Null, or what about the ODE of this process differs from the private headers of the build. */
   const char* (*misfit)(void);
   dSpaceID (*create)(dSpaceID parent, int space_class);
-  /* Sets or gets the levels of dHashSpace, which have no effect. 0: not a stand-in. */
-  int (*levels)(dSpaceID space, int sets, int* minlevel, int* maxlevel);
   /* Writes to stderr where the time of all stand-ins went, those that are gone included. */
   void (*report)(void);
   /* The dCollide behind the preload library's, which the library calls; before the first space. */
@@ -26,9 +24,8 @@ typedef struct dParallelSAPStandIns {
   /* What dCollide is to return, or -1: dCollide is to be called. */
   dParallelSAPCollideFunction* collide;
   /* The bits, the body or the enabled state may change of this geom and of those of this body, each
-   * of which may be null; or of any geom. Stand-ins look at no others for that. */
+   * of which may be null; of any geom if both are. Stand-ins look at no others for that. */
   void (*changed)(dGeomID geom, dBodyID body);
-  void (*any_changed)(void);
   /* Contacts are not known any more: the program has colliders of its own. */
   void (*stop_contacts)(void);
 } dParallelSAPStandIns;
