@@ -28,12 +28,6 @@ void copyPose(const dReal* position, const dReal* rotation, dReal (&pose)[trace_
       pose[3 + 3 * row + column] = rotation[4 * row + column];
 }
 
-// Forks of ODE have other functions for these.
-int rayFlags(const dxGeom* ray) {
-  return (ray->gflags & RAY_FIRSTCONTACT ? 1 : 0) | (ray->gflags & RAY_BACKFACECULL ? 2 : 0) |
-         (ray->gflags & RAY_CLOSEST_HIT ? 4 : 0);
-}
-
 // The numbers that make a shape, of the classes that can be made again.
 void copyParams(dGeomID geom, dReal (&params)[trace_format::params]) {
   switch (geom->type) {
@@ -41,42 +35,35 @@ void copyParams(dGeomID geom, dReal (&params)[trace_format::params]) {
       params[0] = dGeomSphereGetRadius(geom);
       break;
     case dBoxClass:
-      dGeomBoxGetLengths(geom, params);
-      params[3] = 0;
-      break;
+      return dGeomBoxGetLengths(geom, params);
     case dCapsuleClass:
-      dGeomCapsuleGetParams(geom, params, params + 1);
-      break;
+      return dGeomCapsuleGetParams(geom, params, params + 1);
     case dCylinderClass:
-      dGeomCylinderGetParams(geom, params, params + 1);
-      break;
+      return dGeomCylinderGetParams(geom, params, params + 1);
     case dPlaneClass:
-      dGeomPlaneGetParams(geom, params);
-      break;
+      return dGeomPlaneGetParams(geom, params);
     case dRayClass:
       params[0] = dGeomRayGetLength(geom);
-      params[1] = static_cast<dReal>(rayFlags(geom));
+      // Forks of ODE have other functions for these.
+      if (geom->gflags & RAY_FIRSTCONTACT) params[1] += 1;
+      if (geom->gflags & RAY_BACKFACECULL) params[1] += 2;
+      if (geom->gflags & RAY_CLOSEST_HIT) params[1] += 4;
       break;
     default:
       break;
   }
 }
 
-std::uint32_t flagsOf(const dxGeom* geom) {
-  std::uint32_t flags = 0;
+// Of a geom that is up to date; its number, its parent's and its body's are the caller's.
+GeomRecord recordOf(const dxGeom* geom) {
+  GeomRecord record = {};
+  record.traits.geom_class = static_cast<std::uint32_t>(geom->type);
+  std::uint32_t& flags = record.traits.flags;
   if (geom->gflags & GEOM_ENABLED) flags |= trace_format::enabled;
   if (geom->gflags & GEOM_ZERO_SIZED) flags |= trace_format::zero_sized;
   if (geom->gflags & GEOM_PLACEABLE) flags |= trace_format::placeable;
   if (geom->offset_posr) flags |= trace_format::offset;
   if (IS_SPACE(geom)) flags |= trace_format::space;
-  return flags;
-}
-
-// Of a geom that is up to date; its number, its parent's and its body's are the caller's.
-GeomRecord recordOf(const dxGeom* geom) {
-  GeomRecord record = {};
-  record.traits.geom_class = static_cast<std::uint32_t>(geom->type);
-  record.traits.flags = flagsOf(geom);
   record.traits.category_bits = geom->category_bits;
   record.traits.collide_bits = geom->collide_bits;
   copyParams(const_cast<dGeomID>(geom), record.traits.params);
@@ -108,12 +95,6 @@ const long first_process = processNumber();
 // Files that were made with a first frame.
 std::atomic<int> files_begun{0};
 
-std::uint32_t wordOf(const PackRules& rules) {
-  return (rules.skip_static ? trace_format::skip_static : 0u) |
-         (rules.skip_asleep ? trace_format::skip_asleep : 0u) |
-         (rules.cull_planes ? trace_format::cull_planes : 0u);
-}
-
 std::uint64_t checksumOf(const TraceBytes& head, const TraceBytes& contents) {
   std::uint64_t checksum = trace_format::checksum_begin, word = 0;
   for (const TraceBytes* bytes : {&head, &contents})
@@ -139,7 +120,16 @@ void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {
   gone_.clear();
   for (const dxGeom* const geom : scene.slots)
     if (geom) visit(geom, 0);
-  dropUnseen();
+  // What is not there any more: another one may come to its address.
+  const auto drop = [this](auto& map, auto note) {
+    for (auto entry = map.begin(); entry != map.end();) {
+      const bool stays = entry->second.frame == frame_;
+      if (!stays) note(entry->second.record);
+      entry = stays ? std::next(entry) : map.erase(entry);
+    }
+  };
+  drop(geoms_, [this](const GeomRecord& geom) { gone_.push_back(geom.traits.number); });
+  drop(bodies_, [](const BodyRecord&) {});
   std::sort(gone_.begin(), gone_.end());
   for (const std::uint32_t number : gone_) put(lists_[removed], number);
   constexpr std::size_t bounds_entry = 8 + sizeof GeomRecord::bounds;
@@ -165,7 +155,13 @@ void TraceChanges::visit(const dxGeom* geom, std::uint32_t parent) {
   now.traits.number = last_number ? last_number : ++last_geom_;
   now.traits.parent = parent;
   now.traits.body = visit(geom->body);
-  compare(now, known.record);
+  if (!same(now.traits, known.record.traits))
+    put(lists_[changed_geoms], now);
+  else if (!same(now.pose, known.record.pose))
+    put(lists_[poses], now.traits.number, none, now.pose, now.bounds);
+  else if (!same(now.bounds, known.record.bounds))
+    put(lists_[bounds], now.traits.number, none, now.bounds);
+  known.record = now;
   if (!IS_SPACE(geom)) return;
   for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next)
     visit(own, now.traits.number);
@@ -182,29 +178,6 @@ std::uint32_t TraceChanges::visit(dBodyID body) {
   if (!same(now, known.record)) put(lists_[changed_bodies], now);
   known.record = now;
   return now.number;
-}
-
-void TraceChanges::compare(const GeomRecord& now, GeomRecord& last) {
-  if (!same(now.traits, last.traits))
-    put(lists_[changed_geoms], now);
-  else if (!same(now.pose, last.pose))
-    put(lists_[poses], now.traits.number, none, now.pose, now.bounds);
-  else if (!same(now.bounds, last.bounds))
-    put(lists_[bounds], now.traits.number, none, now.bounds);
-  last = now;
-}
-
-// What is not there any more: another one may come to its address.
-void TraceChanges::dropUnseen() {
-  const auto drop = [this](auto& map, auto note) {
-    for (auto entry = map.begin(); entry != map.end();) {
-      const bool stays = entry->second.frame == frame_;
-      if (!stays) note(entry->second.record);
-      entry = stays ? std::next(entry) : map.erase(entry);
-    }
-  };
-  drop(geoms_, [this](const GeomRecord& geom) { gone_.push_back(geom.traits.number); });
-  drop(bodies_, [](const BodyRecord&) {});
 }
 
 bool Trace::open(const std::string& path) {
@@ -282,7 +255,10 @@ void Trace::seeScene(const Scene& scene, const PackRules& rules) try {
   // After a fork both processes have the file; it is the first one's.
   if (process_ != processNumber()) return;
   bytes_.clear();
-  put(bytes_, frames_, wordOf(rules), std::uint32_t{0}, static_cast<double>(rules.tolerance));
+  const std::uint32_t options = (rules.skip_static ? trace_format::skip_static : 0u) |
+                                (rules.skip_asleep ? trace_format::skip_asleep : 0u) |
+                                (rules.cull_planes ? trace_format::cull_planes : 0u);
+  put(bytes_, frames_, options, std::uint32_t{0}, static_cast<double>(rules.tolerance));
   changes_.write(scene, bytes_);
   write(trace_format::frame_tag);
   wants_pairs_ = rules.tolerance == 0;  // else they depend on the frames before

@@ -72,8 +72,6 @@ class TraceChanges {
   };
   void visit(const dxGeom* geom, std::uint32_t parent);
   std::uint32_t visit(dBodyID body);
-  void compare(const GeomRecord& now, GeomRecord& last);
-  void dropUnseen();
 
   std::unordered_map<const dxGeom*, Seen<GeomRecord>> geoms_;
   std::unordered_map<dBodyID, Seen<BodyRecord>> bodies_;
@@ -111,10 +109,6 @@ class Trace final : public SpaceObserver {
   void endPairs() override;
 
  private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-
   // False in the child of a fork, which would write over the files of its parent, unless the name
   // has the process's number in it.
   bool openNamed();
@@ -127,7 +121,7 @@ class Trace final : public SpaceObserver {
 
   const int every_;
   std::string later_, path_;
-  std::unique_ptr<std::FILE, Close> file_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, std::fclose};
   std::uintmax_t whole_ = 0;  // bytes, of chunks that were written
   TraceChanges changes_;
   TraceBytes head_, bytes_;
