@@ -3,7 +3,6 @@
 #include <atomic>
 #include <thread>
 
-#include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {

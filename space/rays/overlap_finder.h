@@ -3,13 +3,11 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <cstddef>
 #include <functional>
 #include <vector>
 
 #include "space/base/buffer.h"
 #include "space/contacts/narrow_phase.h"
-#include "space/geoms/scene.h"
 #include "space/rays/batch.h"
 
 namespace ode_parallel_sap {

@@ -59,8 +59,13 @@ class RayProbe {
 
   // False where it can hit nothing.
   bool aim(const dParallelSAPRay& ray) {
-    if (!isRay(ray)) return false;
     const dReal *const at = ray.origin, *const to = ray.direction;
+    bool usable = ray.length >= 0, directed = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      usable = usable && std::isfinite(at[axis]) && std::isfinite(to[axis]);
+      directed = directed || to[axis] != 0;
+    }
+    if (!usable || !directed) return false;
     dGeomRaySet(ray_, at[0], at[1], at[2], to[0], to[1], to[2]);
     dGeomRaySetLength(ray_, ray.length);
     const bool all_bits = ray.category_bits == 0 && ray.collide_bits == 0;
@@ -112,15 +117,6 @@ class RayProbe {
 
  private:
   static constexpr int most_contacts = 0xffff;  // of dCollide
-
-  static bool isRay(const dParallelSAPRay& ray) {
-    bool finite = true, directed = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      finite = finite && std::isfinite(ray.origin[axis]) && std::isfinite(ray.direction[axis]);
-      directed = directed || ray.direction[axis] != 0;
-    }
-    return finite && directed && ray.length >= 0;
-  }
 
   const bool nearest_;
   int asked_ = 64;  // fixed: more than almost any geom has
@@ -238,23 +234,15 @@ struct Pass : BatchPass<RayRequest, RayLists> {
 
   void meet(Flight& flight, dxGeom* geom, RayTarget target) const {
     if (!flight.probe.pairs(geom)) return;
-    if (IS_SPACE(geom)) {
-      meetWithin(flight, static_cast<dxSpace*>(geom), target);
-      return;
-    }
+    if (IS_SPACE(geom)) return meetWithin(flight, static_cast<dxSpace*>(geom), target);
     if (rejects(flight.ray, geom)) return;
-    if (flight.alone) {
-      const ScopedMode programs(mode);
-      if (passesAABBTests(geom, flight.probe.geom())) hit(flight, geom, target);
-      return;
-    }
-    const ColliderUse use = colliderUse(flight.probe.geom(), geom);
-    if (use == ColliderUse::Light || use == ColliderUse::Heavy) {
-      const ScopedMode programs(mode);
-      hit(flight, geom, target);
-    } else {
-      flight.share.waiting.push_back({flight.ray, target, geom, use == ColliderUse::OwnCollider});
-    }
+    dxGeom* const ray = flight.probe.geom();
+    const ColliderUse use = flight.alone ? ColliderUse::Light : colliderUse(ray, geom);
+    const bool for_image = use == ColliderUse::OwnCollider;
+    if (for_image || use == ColliderUse::CallingThread)
+      return flight.share.waiting.push_back({flight.ray, target, geom, for_image});
+    const ScopedMode programs(mode);
+    if (passesAABBTests(geom, ray)) hit(flight, geom, target);
   }
 
   // There slots are as good as places.

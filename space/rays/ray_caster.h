@@ -3,14 +3,11 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <vector>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/geoms/scene.h"
 #include "space/rays/batch.h"
 
 namespace ode_parallel_sap {
