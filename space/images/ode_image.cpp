@@ -20,7 +20,6 @@
 #include <utility>
 
 #include "space/base/platform.h"
-#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 
