@@ -87,8 +87,8 @@ class ParallelSAPSpace : public dxSpace {
   dParallelSAPStats stats();
 
  protected:
-  // Where dxHashSpace has its levels, at the beginning: without assertions ODE's
-  // dHashSpaceSetLevels writes there in any space.
+  // Where dxHashSpace has its levels, at the beginning: ODE's dHashSpaceSetLevels writes there in
+  // stand-ins of hash spaces, and without assertions in any space.
   int hash_levels_[2] = {-3, 10};
 
  private:

@@ -5,14 +5,10 @@
 #include <new>
 
 #include "space/base/platform.h"
-#include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/frame/reports.h"
 
 namespace ode_parallel_sap {
-
-std::atomic<bool> PrecomputedContacts::stopped_{false};
-thread_local PrecomputedContacts* PrecomputedContacts::reporting_now_ = nullptr;
 
 namespace {
 
@@ -56,8 +52,7 @@ void PrecomputedContacts::endReport() {
 bool PrecomputedContacts::prepare(Frame& frame, const PairList& pairs) try {
   const int most = teamFor(pairs.size(), grains::collided_pairs, frame.plan.most_threads);
   if (!always_) {
-    if (most == 1) return false;
-    if (back_off_.skipTurn()) return false;
+    if (most == 1 || back_off_.skipTurn()) return false;
     // More than one thread's part of the pairs: contacts are stored and copied, and threads
     // started.
     constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)

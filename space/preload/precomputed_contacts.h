@@ -86,8 +86,8 @@ class PrecomputedContacts final : public LastStage {
   std::size_t placeBehind(const dxGeom* o1, const dxGeom* o2) const;
   int answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts, int skip);
 
-  static std::atomic<bool> stopped_;
-  static thread_local PrecomputedContacts* reporting_now_;
+  inline static std::atomic<bool> stopped_{false};
+  inline static thread_local PrecomputedContacts* reporting_now_ = nullptr;
 
   const bool always_;
   // What is collided in vain takes about as long as the rest of a frame.

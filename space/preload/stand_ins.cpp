@@ -18,7 +18,6 @@
 #include "space/contacts/collider_threads.h"
 #include "space/facts/facts.h"
 #include "space/frame/statistics.h"
-#include "space/geoms/geom_tests.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_space.h"
 #include "space/preload/ode_layout.h"
