@@ -4,8 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ode_parallel_sap {
-namespace trace_format {
+namespace ode_parallel_sap::trace_format {
 
 // fixed: all of these are the format
 constexpr char magic[9] = "ODEtrace";
@@ -47,5 +46,4 @@ constexpr std::uint64_t pairSum(std::uint32_t first, std::uint32_t second) {
   return z ^ (z >> 31);
 }
 
-}  // namespace trace_format
-}  // namespace ode_parallel_sap
+}  // namespace ode_parallel_sap::trace_format
