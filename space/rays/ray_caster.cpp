@@ -286,7 +286,8 @@ struct Pass : BatchPass<RayRequest, RayLists> {
   // Appends the nearest hits of a geom, as many as are wanted.
   void collide(const Waiting& pair, RayProbe& probe, ThreadCollider* image,
                Buffer<RayFound>& found) const {
-    dxGeom* const shape = carriedBy(pair.geom);
+    const bool is_carrier = pair.geom->type == dGeomTransformClass;
+    dxGeom* const shape = is_carrier ? carriedBy(pair.geom) : pair.geom;
     const int count = probe.collide(pair.geom, shape, image);
     if (count == 0) return;
     const auto* const field = shape && shape->type == dHeightfieldClass
