@@ -13,43 +13,7 @@ using namespace ode_parallel_sap;
 
 namespace {
 
-// Different pairs of slots below `slots`, of which every tenth is borderline, dealt to some
-// buffers. The earlier slots are `spread` apart.
-std::vector<Buffer<Pair>> somePairs(std::size_t count, std::size_t slots, std::size_t spread,
-                                    sap_test::Random& random) {
-  std::set<Pair> pairs;
-  while (pairs.size() < count) {
-    const Slot earlier = static_cast<Slot>(random.below((slots - 1) / spread + 1) * spread);
-    if (earlier + 1 >= slots) continue;
-    const Slot later = static_cast<Slot>(earlier + 1 + random.below(slots - earlier - 1));
-    pairs.insert(makePair(earlier, later));
-  }
-  std::vector<Pair> shuffled(pairs.begin(), pairs.end());
-  sap_test::shuffle(shuffled.data(), shuffled.size(), random);
-  std::vector<Buffer<Pair>> found(random.chance(0.5) ? 1 : 1 + random.below(4));
-  for (const Pair pair : shuffled)
-    found[random.below(found.size())].push_back(random.chance(0.1) ? pair | borderline_bit : pair);
-  return found;
-}
-
-void checkSorted(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
-                 RowTable& rows) {
-  std::vector<Pair> wanted;
-  for (const Buffer<Pair>& part : found) wanted.insert(wanted.end(), part.begin(), part.end());
-  std::sort(wanted.begin(), wanted.end(),
-            [](Pair a, Pair b) { return (a & ~borderline_bit) < (b & ~borderline_bit); });
-  PairList pairs;
-  rows.start(slots, std::max(threads, static_cast<int>(found.size())));
-  for (std::size_t part = 0; part < found.size(); ++part)
-    for (const Pair pair : found[part]) rows.add(static_cast<int>(part), pair);
-  rows.writePairs(/*exact=*/false, std::max(threads, static_cast<int>(found.size())), nullptr,
-                  pairs);
-  std::vector<Pair> got;
-  for (const PairList::Run& run : pairs.runs) got.insert(got.end(), run.begin(), run.end());
-  REQUIRE(got == wanted);
-  checkDecidedRuns(pairs);
-}
-
+// Different pairs of slots, of which every tenth is borderline; the earlier slots are so far apart.
 struct Shape {
   std::size_t count, slots, spread;
 };
@@ -77,12 +41,34 @@ TEST_CASE("Pairs come ascending, however many there are to a slot", "[row-table]
   const std::uint64_t seed = sap_test::seedOr(1);
   INFO("seed " << seed);
   sap_test::Random random(seed);
+  const auto isBefore = [](Pair a, Pair b) {
+    return (a & ~borderline_bit) < (b & ~borderline_bit);
+  };
   RowTable rows;
+  PairList list;
   for (const Shape& shape : shapes)
     for (const int threads : {1, 3}) {
       INFO(shape.count << " pairs of " << shape.slots << " slots, every " << shape.spread << ", "
                        << threads << " threads");
-      checkSorted(somePairs(shape.count, shape.slots, shape.spread, random), shape.slots, threads,
-                  rows);
+      std::set<Pair, decltype(isBefore)> pairs(isBefore);
+      while (pairs.size() < shape.count) {
+        const std::size_t earlier =
+            random.below((shape.slots - 1) / shape.spread + 1) * shape.spread;
+        if (earlier + 1 >= shape.slots) continue;
+        const std::size_t later = earlier + 1 + random.below(shape.slots - earlier - 1);
+        pairs.insert(makePair(static_cast<Slot>(earlier), static_cast<Slot>(later)) |
+                     (random.chance(0.1) ? borderline_bit : 0));
+      }
+      const std::vector<Pair> wanted(pairs.begin(), pairs.end());
+      std::vector<Pair> dealt = wanted;
+      sap_test::shuffle(dealt.data(), dealt.size(), random);
+      const int parts = random.chance(0.5) ? 1 : 1 + static_cast<int>(random.below(4));
+      const int team = std::max(threads, parts);
+      rows.start(shape.slots, team);
+      for (const Pair pair : dealt)
+        rows.add(static_cast<int>(random.below(static_cast<std::size_t>(parts))), pair);
+      rows.writePairs(/*exact=*/false, team, nullptr, list);
+      REQUIRE(joined(list) == wanted);
+      checkDecidedRuns(list);
     }
 }
