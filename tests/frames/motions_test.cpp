@@ -176,32 +176,6 @@ TEST_CASE("Candidates are kept where all trembles, and given back after", "[moti
   CHECK(frames(10, kSlow) > 5);
 }
 
-TEST_CASE("The last geoms may go just after fat boxes were made, and others come in their place",
-          "[motions]") {
-  constexpr std::size_t n = 1500;
-  for (const std::size_t last : {1, 8, 60}) {
-    const Space space(on_cpu);
-    World world(space);
-    const Boxes boxes = denseCube(n, 124);
-    world.addBoxes(boxes);
-    std::size_t kept = 0;
-    for (int frame = 0; frame < 12; ++frame) {
-      if (frame > 0) world.jitter(kSlow, frame);
-      if (frame == 2) world.shrinkTo(n - last);
-      if (frame == 3) world.addBoxes(Boxes(boxes.end() - last, boxes.end()));
-      // Others leave their fat boxes.
-      for (std::size_t geom = frame; frame > 3 && geom < n; geom += 50) {
-        const dReal* const at = dGeomGetPosition(world.geoms()[geom]);
-        dGeomSetPosition(world.geoms()[geom], at[0], at[1], at[2] + 1);
-      }
-      INFO(last << " of them, frame " << frame);
-      REQUIRE(collide(space) == expectedPairs(world.geoms()));
-      kept += statsOf(space).candidates_kept > 0;
-    }
-    CHECK(kept == 10);
-  }
-}
-
 TEST_CASE("Candidates are kept where all that ODE calls moved is where it was", "[motions]") {
   const Space space(on_cpu);
   World world(space);
