@@ -2,17 +2,13 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
-#include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 
@@ -73,59 +69,6 @@ TEST_CASE("While memory is given back no event comes twice and nothing is lost",
       least = std::min(least, statsOf(space).memory_bytes);
     }
     CHECK(least < most / 4);
-  }
-}
-
-// More pairs than one chunk. Several threads take the chunks in the test queries.grain.
-TEST_CASE("Touches of many pairs are those that callbacks had more or fewer", "[events]") {
-  const Space space;
-  dParallelSAPSpaceSetNumThreads(space, 3);
-  dParallelSAPSpaceSetEvents(space, dParallelSAPEventPairs | dParallelSAPEventTouches);
-  World world(space);
-  const int side = geomsOf(4900) > 1000 ? 70 : 20;
-  // Spheres touch those beside them, but only the boxes of those across.
-  for (int i = 0; i < side * side; ++i)
-    dGeomSetPosition(world.take(dCreateSphere(space, 1)), dReal(i % side * 1.9),
-                     dReal(i / side * 1.9), 0);
-  using Touches = std::set<std::pair<dGeomID, dGeomID>>;
-  struct Callback {
-    static void add(void* touches, dGeomID a, dGeomID b, const dContactGeom*, int) {
-      static_cast<Touches*>(touches)->emplace(a, b);
-    }
-  };
-  const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(Callback::add);
-  const std::uint64_t seed = seedOr(411);
-  Random random(seed);
-  Touches before;
-  std::vector<unsigned> numbers_before;
-  for (int frame = 0; frame < 20; ++frame) {
-    for (const dGeomID geom : world.geoms()) {
-      if (random.chance(frame % 3 == 0 ? 0 : 0.02)) {
-        const dReal* const at = dGeomGetPosition(geom);
-        dGeomSetPosition(geom, at[0], at[1], at[2] > 0 ? 0 : dReal(random.between(0.3, 3)));
-      }
-    }
-    Touches now, begun, ended;
-    dParallelSAPSpaceCollideContacts(space, &now, 1, &callbacks);
-    const std::vector<unsigned> numbers = numbersOf(space);
-    INFO("frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    REQUIRE((frame > 0 || now.size() > world.geoms().size()));
-    std::size_t wrong = 0;
-    for (const Event& event : begunTouchesOf(space)) {
-      wrong += !begun.emplace(event.o1, event.o2).second || before.count({event.o1, event.o2}) ||
-               numbers.at(event.place) != event.number;
-    }
-    for (const Event& event : endedTouchesOf(space)) {
-      wrong += !ended.emplace(event.o1, event.o2).second || now.count({event.o1, event.o2}) ||
-               numbers_before.at(event.place) != event.number;
-    }
-    CHECK(wrong == 0);
-    Touches expected = before;
-    for (const auto& touch : begun) expected.insert(touch);
-    for (const auto& touch : ended) expected.erase(touch);
-    CHECK(expected == now);
-    before = now;
-    numbers_before = numbers;
   }
 }
 
