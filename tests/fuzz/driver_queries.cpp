@@ -15,12 +15,14 @@ namespace sap_test {
 namespace {
 
 // A query filter that lets pass what ODE cannot collide, and something else for each query. It
-// notes whether it is asked about a space, or a geom beside the query.
+// notes whether it is asked about a space, or a geom beside the query, or in another floating-point
+// mode than the program's.
 template <class Batch>
 struct QueryFilter {
   const Batch& batch;
   std::size_t salt;
-  std::atomic<bool> is_needless{false};
+  std::atomic<bool> is_needless{false}, is_other_mode{false};
+  unsigned mode = 0;
 
   bool meets(std::size_t query, dGeomID geom) const {
     return isTame(geom, std::is_same_v<Batch, RayBatch>) &&
@@ -30,6 +32,7 @@ struct QueryFilter {
     QueryFilter& self = *static_cast<QueryFilter*>(data);
     if (dGeomIsSpace(geom) || !overlap(boundsOf(geom), self.batch.bounds(query)))
       self.is_needless = true;
+    if (FloatingPointMode::current() != self.mode) self.is_other_mode = true;
     return self.meets(query, geom);
   }
 };
@@ -85,6 +88,7 @@ void Driver::askBatch() {
       if (random.chance(changing)) changeAnyhow(object, random);
     const int flags = batch.someFlags();
     const FloatingPointMode scoped(mode());
+    filter.mode = FloatingPointMode::current();
     const int threads = dParallelSAPSpaceGetNumThreads(id);
     dParallelSAPSpaceSetNumThreads(id, 1 + static_cast<int>(random.below(7)));
     dParallelSAPSpaceSetQueryFilter(id, filter.ask, &filter);
@@ -95,6 +99,7 @@ void Driver::askBatch() {
         got, batch.owed(id, membersOf(space), flags,
                         [&](std::size_t i, dGeomID geom) { return filter.meets(i, geom); }));
     if (filter.is_needless) fail("a filter was asked about a space, or a geom beside the query");
+    if (filter.is_other_mode) fail("a filter was asked in another floating-point mode");
     if (!problem.empty()) fail("queries of space " + std::to_string(space) + ": " + problem);
     ++collides_;
   }

@@ -15,7 +15,6 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/contact_scene.h"
-#include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/overlap_oracle.h"
@@ -202,27 +201,6 @@ TEMPLATE_TEST_CASE("A filter may throw: one exception leaves the call, and nothi
     CHECK(difference(batch.ask(space, 1), owed) == "");
   }
   dGeomSetPosition(world.geoms()[0], 1, 1, 1);  // not locked any more
-}
-
-TEMPLATE_TEST_CASE("Queries are answered in the program's floating-point mode, on every thread",
-                   "[rays][overlaps]", RayBatch, ProbeBatch) {
-  if (!FloatingPointMode::kCanBeSet) return;
-  BoxesAndBatch<TestType> scene(561, 400);
-  auto& [seed, random, space, world, batch] = scene;
-  for (const unsigned mode : {FloatingPointMode::kUpward, FloatingPointMode::kDownward,
-                              FloatingPointMode::kTowardZero, FloatingPointMode::kFlushing}) {
-    INFO("mode " << mode << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    const FloatingPointMode scoped(mode);
-    requireOwed(space, world.geoms(), batch, 4);
-    static unsigned programs;
-    programs = mode;
-    dParallelSAPSpaceSetQueryFilter(
-        space,
-        [](void*, std::size_t, dGeomID) { return int(FloatingPointMode::current() == programs); },
-        nullptr);
-    requireOwed(space, world.geoms(), batch, 4);
-    dParallelSAPSpaceSetQueryFilter(space, nullptr, nullptr);
-  }
 }
 
 TEST_CASE("Queries do not go through all geoms of a large space within the space",
