@@ -1,4 +1,4 @@
-// Every class of geom takes part as in ODE's own spaces.
+// Bodies wherever they are in memory, and AABBTest functions. Each two classes: pairs/pairs_test.
 #include <ode_parallel_sap/parallel_sap_space.h>
 #include <sys/mman.h>
 
@@ -11,7 +11,6 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/oracle.h"
-#include "support/scenes.h"
 #include "support/user_box.h"
 
 using namespace sap_test;
@@ -70,42 +69,7 @@ void place(dGeomID geom, double x, double y, double z) {
   dGeomSetPosition(geom, real(x), real(y), real(z));
 }
 
-// A geom's bounds belong to whoever asked first, so a fresh one is asked.
-bool touchInSimpleSpace(const Shape& first, const Shape& second, double distance) {
-  const dSpaceID space = dSimpleSpaceCreate(nullptr);
-  first.create(space);
-  const dGeomID b = second.create(space);
-  if (second.placeable) place(b, distance, 0, 0);
-  const bool touch = !collide(space).empty();
-  dSpaceDestroy(space);
-  return touch;
-}
-
 }  // namespace
-
-TEST_CASE("Every two classes are a pair exactly when they are in dSimpleSpace", "[classes]") {
-  for (const Configuration& configuration : configurations()) {
-    int pairs = 0, apart = 0;
-    for (const Shape& first : shapes()) {
-      for (const Shape& second : shapes()) {
-        for (const double distance : {0.0, 0.75, 1.5, 50.0}) {
-          const Space space(configuration);
-          setNumber(first.create(space), 0);
-          const dGeomID b = second.create(space);
-          setNumber(b, 1);
-          if (second.placeable) place(b, distance, 0, 0);
-          const bool expected = touchInSimpleSpace(first, second, distance);
-          INFO(configuration.name << ", " << first.name << " and " << second.name << " at "
-                                  << distance);
-          REQUIRE(difference(collide(space), expected ? Pairs{{0, 1}} : Pairs{}) == "");
-          ++(expected ? pairs : apart);
-        }
-      }
-    }
-    CHECK(pairs > 100);
-    CHECK(apart > 100);
-  }
-}
 
 TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[classes]") {
   FarMemory memory;
