@@ -11,10 +11,7 @@
 
 #include "space/base/parallel.h"
 #include "space/base/round_to_floats.h"
-#include "space/pairs/cell_trees.h"
 #include "space/pairs/sweep.h"
-#include "space/paper/axis_lists.h"
-#include "space/paper/brute_force.h"
 #include "space/simd/kernels.h"
 #include "support/case.h"
 #include "support/catch.hpp"
@@ -22,72 +19,6 @@
 #include "support/random.h"
 
 using namespace ode_parallel_sap;
-
-namespace {
-
-// Calls visit(case, wide) for the scene in floats and in doubles, filtered and not, with every
-// instruction set.
-template <class Visit>
-void withAllSets(const std::vector<sap_test::Box>& scene, Visit visit) {
-  const KernelSet& best = kernelSet();
-  for (const bool wide : {false, true})
-    for (const bool filtered : {false, true}) {
-      const Case wanted = makeCase(scene, wide, filtered);
-      for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
-        INFO((*set)->name << (wide ? ", doubles" : ", floats") << (filtered ? ", filtered" : ""));
-        chooseKernelSet(**set);
-        visit(wanted, wide);
-      }
-    }
-  chooseKernelSet(best);
-}
-
-}  // namespace
-
-TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles") {
-  const std::uint64_t seed = sap_test::seedOr(1);
-  for (const sap_test::BoxScene& scene : sap_test::boxScenes()) {
-    INFO(scene.name << ", seed " << seed);
-    withAllSets(scene.make(701, seed), [](const Case& wanted, bool wide) {
-      Sweep<float> sweep;
-      Sweep<double> wide_sweep;
-      BruteForce<float> brute_force;
-      BruteForce<double> wide_brute_force;
-      PairFinder& first = wide ? static_cast<PairFinder&>(wide_sweep) : sweep;
-      PairFinder& second = wide ? static_cast<PairFinder&>(wide_brute_force) : brute_force;
-      PairList swept, tested;
-      const std::vector<Pair> pairs = found(first, wanted.boxes, 2, swept);
-      check(pairs, wanted);
-      checkDecidedRuns(swept);
-      check(found(second, wanted.boxes, 3, tested), wanted);
-      checkDecidedRuns(tested);
-      AxisLists axis_lists;
-      REQUIRE(found(axis_lists, wanted.boxes, 3, tested) == pairs);
-      checkDecidedRuns(tested);
-    });
-  }
-}
-
-TEST_CASE("Cells that are more than are gathered at a time are met once each") {
-  const std::uint64_t seed = sap_test::seedOr(5);
-  INFO("seed " << seed);
-  sap_test::Random random(seed);
-  // Cubes of two sizes and bars through all of them: hundreds of cells reach any other.
-  std::vector<sap_test::Box> scene(9000);
-  for (std::size_t i = 0; i < scene.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double size = i % 3 == 0 ? 0.2 : i % 3 == 1 ? 0.02 : i / 3 % 3 == axis ? 3 : 0.003;
-      scene[i].low[axis] = random.between(0, 1);
-      scene[i].high[axis] = scene[i].low[axis] + size * random.between(0.5, 1);
-    }
-  withAllSets(scene, [](const Case& wanted, bool wide) {
-    Sweep<float> sweep;
-    Sweep<double> wide_sweep;
-    PairList list;
-    check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
-          wanted);
-  });
-}
 
 TEST_CASE("A row is whole that meets more cells, and is longer, than is met or stored at once") {
   // Two cells of boxes around all others, which are apart.
