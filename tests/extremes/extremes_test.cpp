@@ -28,11 +28,8 @@ std::string differenceOfProbes(const Extreme& extreme, Scene& scene) {
       {1, 0, 1, 0, 1, 0},
       {0, kInfinity, 1, 2, 1, 2},
       {0, 0, 0, 0, 0, 0}};
-  for (int i = 0; i < 4 && !scene.geoms().empty(); ++i) {
-    Bounds bounds;
-    dGeomGetAABB(scene.geoms()[random.below(scene.geoms().size())], bounds.data());
-    probes.push_back(bounds);
-  }
+  for (int i = 0; i < 4 && !scene.geoms().empty(); ++i)
+    probes.push_back(boundsOf(scene.geoms()[random.below(scene.geoms().size())]));
   constexpr std::size_t number_of_probe = 1000000;
   for (const Bounds& bounds : probes) {
     const dGeomID probe = createUserBox(nullptr, bounds);

@@ -10,6 +10,7 @@
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
+#include "support/contact_scene.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
 #include "support/random.h"
@@ -22,8 +23,6 @@ namespace {
 
 // Frames in which a few geoms move.
 void play(dSpaceID space, const std::vector<dGeomID>& geoms, int frames, bool contacts = false) {
-  const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
-  const dParallelSAPContactCallbacks callbacks = {ignore, nullptr, nullptr, nullptr};
   Random random(7);
   for (int frame = 0; frame < frames; ++frame) {
     for (std::size_t i = 0; i < geoms.size(); i += 1 + random.below(50)) {
@@ -32,7 +31,7 @@ void play(dSpaceID space, const std::vector<dGeomID>& geoms, int frames, bool co
                        at[2]);
     }
     if (contacts)
-      dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+      (void)parallelContacts(space, 1);
     else
       dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) {});
   }

@@ -47,8 +47,7 @@ struct TakenApart {
 
 // What a geom must be to be asked about: ODE looks at nothing else of it.
 bool mayProbe(dGeomID geom) {
-  Bounds bounds;
-  dGeomGetAABB(geom, bounds.data());
+  const Bounds bounds = boundsOf(geom);
   return holdsGeom(geom) &&
          std::none_of(bounds.begin(), bounds.end(), [](dReal b) { return b != b; });
 }

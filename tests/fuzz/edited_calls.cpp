@@ -298,13 +298,9 @@ class EditedCalls {
     return leaves;
   }
   static bool touches(dGeomID a, dGeomID b) {
-    Bounds x, y;
-    dGeomGetAABB(a, x.data());
-    dGeomGetAABB(b, y.data());
-    for (int i = 0; i < 6; i += 2)
-      if (x[i] > y[i + 1] || y[i] > x[i + 1]) return false;
     dContactGeom contact;
-    return dCollide(a, b, 1, &contact, sizeof contact) > 0;
+    return sap_test::overlap(boundsOf(a), boundsOf(b)) &&
+           dCollide(a, b, 1, &contact, sizeof contact) > 0;
   }
   void owe(Level& level, std::size_t first, std::size_t second, bool both) {
     Owed owed = {first, second};

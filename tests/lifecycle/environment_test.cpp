@@ -13,6 +13,7 @@
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
+#include "support/contact_scene.h"
 #include "support/ode_errors.h"
 #include "support/overlap_oracle.h"
 #include "support/recorder.h"
@@ -211,8 +212,6 @@ TEST_CASE("ODE_PARALLEL_SAP_SIMD forces an instruction set that the processor ha
 
 TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends", "[environment]") {
   const BareEnvironment bare;
-  const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
-  const dParallelSAPContactCallbacks callbacks = {ignore, nullptr, nullptr, nullptr};
   dParallelSAPStats of_pairs, of_contacts;
   const auto messagesOf = [&](const char* value, std::size_t n) {
     const Variable variable("ODE_PARALLEL_SAP_STATS", value);
@@ -223,7 +222,7 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends"
       world.addBoxes(denseCube(n, 1));
       collide(space);
       of_pairs = statsOf(space);
-      dParallelSAPSpaceCollideContacts(space, nullptr, 4, &callbacks);
+      (void)parallelContacts(space, 4);
       of_contacts = statsOf(space);
       REQUIRE(messages.all().empty());
     }

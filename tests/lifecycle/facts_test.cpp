@@ -11,6 +11,7 @@
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
+#include "support/contact_scene.h"
 #include "support/ode_errors.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
@@ -38,9 +39,7 @@ void collideBlocks(dSpaceID space) {
   dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
 }
 void collideForContacts(dSpaceID space) {
-  const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
-  const dParallelSAPContactCallbacks callbacks = {ignore, nullptr, nullptr, nullptr};
-  dParallelSAPSpaceCollideContacts(space, nullptr, 4, &callbacks);
+  (void)parallelContacts(space, 4);
 }
 
 enum class Bodies { none, asleep, awake };

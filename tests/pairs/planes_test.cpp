@@ -42,8 +42,7 @@ dGeomID createAnyhow(dSpaceID space, std::size_t kind, Random& random) {
 
 // A plane through the corner of the geom's AABB that is nearest to it, a few steps more or less.
 dGeomID createPlaneAt(dSpaceID space, dGeomID geom, Random& random) {
-  Bounds bounds;
-  dGeomGetAABB(geom, bounds.data());
+  const Bounds bounds = boundsOf(geom);
   const dReal normal[] = {static_cast<dReal>(random.gauss()),
                           random.chance(0.3) ? 0 : static_cast<dReal>(random.gauss()),
                           random.chance(0.3) ? 0 : static_cast<dReal>(random.gauss())};

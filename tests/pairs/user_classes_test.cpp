@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "space/geoms/geom_tests.h"
+#include "support/bounds.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
@@ -97,12 +98,9 @@ Pairs expectedOf(const World& world, int refusing = 0) {
   const auto refuses = [&](dGeomID geom) { return refusing && dGeomGetClass(geom) == refusing; };
   for (std::size_t i = 0; i < geoms.size(); ++i)
     for (std::size_t j = i + 1; j < geoms.size(); ++j) {
-      dReal a[6], b[6];
-      dGeomGetAABB(geoms[i], a);
-      dGeomGetAABB(geoms[j], b);
-      bool touch = !refuses(geoms[i]) && !refuses(geoms[j]);
-      for (int k = 0; k < 6; k += 2) touch = touch && a[k] <= b[k + 1] && b[k] <= a[k + 1];
-      if (touch) pairs.push_back({i, j});
+      if (!refuses(geoms[i]) && !refuses(geoms[j]) &&
+          overlap(boundsOf(geoms[i]), boundsOf(geoms[j])))
+        pairs.push_back({i, j});
     }
   return pairs;
 }
