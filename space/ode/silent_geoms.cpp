@@ -27,8 +27,10 @@ bool mayBeSilent(const dxGeom* geom) {
 
 // Simple and hash spaces clean the dirty geoms in front of their lists. ODE, which may be going
 // through such a list, would miss a geom that comes to the front.
-bool cleansFront(const dxSpace* space) {
-  return space->type == dSimpleSpaceClass || space->type == dHashSpaceClass;
+// Spaces of ours that stand in for these do not.
+bool cleansFront(dxSpace* space) {
+  return (space->type == dSimpleSpaceClass || space->type == dHashSpaceClass) &&
+         !parallelSAPSpace(space);
 }
 
 void markDirty(dxSpace* space, dxGeom* geom) {

@@ -200,7 +200,22 @@ void silent() {
   }
   dWorldDestroy(other_world);
   printPairs("world", 0, space);
+  // Triangles within a sub-space change far from all else, and then one of the others moves.
+  const float near[] = {-99, 0, 0, -98, 0, 0, -99, 1, 0},
+              far[] = {-199, 0, 0, -198, 0, 0, -199, 1, 0};
+  const dTriIndex indices[] = {0, 1, 2};
+  const dTriMeshDataID data[] = {dGeomTriMeshDataCreate(), dGeomTriMeshDataCreate()};
+  for (int i = 0; i < 2; ++i)
+    dGeomTriMeshDataBuildSingle(data[i], i ? far : near, 3 * sizeof(float), 3, indices, 3,
+                                3 * sizeof(dTriIndex));
+  const dGeomID mesh = dCreateTriMesh(dHashSpaceCreate(space), data[0], 0, 0, 0);
+  printPairs("mesh", 0, space);
+  dGeomTriMeshSetData(mesh, data[1]);
+  printPairs("mesh", 1, space);
+  dGeomSetPosition(geoms[5], 0, 100, 0);
+  printPairs("mesh", 2, space);
   dSpaceDestroy(space);
+  for (const dTriMeshDataID each : data) dGeomTriMeshDataDestroy(each);
   dWorldDestroy(world);
 }
 
