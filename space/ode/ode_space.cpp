@@ -484,15 +484,16 @@ void ParallelSAPSpace::updateSweptBounds() {
     gflags |= GEOM_DIRTY;
 }
 
-bool ParallelSAPSpace::forMeshes(const std::function<void(dxGeom*)>& visit) {
+bool ParallelSAPSpace::addMeshes(Slot slot, std::vector<SilentGeoms::Within>& meshes) {
   const Use use(*this, Use::query);
-  return silent_.forMeshes(slots_.geoms().data(), visit);
+  silent_.listMeshes(slots_.geoms().data());
+  return silent_.addMeshes(slot, meshes);
 }
 
 void ParallelSAPSpace::cleanGeoms() {
   const Use lock(*this, Use::query, /*locks=*/1);
   if (lock.isGuest()) return;
-  checkSilent();
+  checkForQuery();
   if (!needs_clean_) return;
   any_moved_ = true;
   pipeline_.clean(scene(/*nested=*/true));
@@ -661,9 +662,9 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   const Statistics::QueryBy by = !timed || parent_space || IS_SPACE(geom) ? Statistics::other
                                  : geom->type == dRayClass                ? Statistics::ray
                                                                           : Statistics::geom;
-  if (!call.isGuest()) checkSilent();
-  updateOther(geom);
+  if (!call.isGuest()) checkForQuery();
   if (!call.isGuest()) cleanFew();
+  updateOther(geom);
   updateProbe(geom);
   const bool is_empty = IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom));
   if (!is_empty && hasNaN(geom))
@@ -737,7 +738,7 @@ std::size_t ParallelSAPSpace::runBatch(const Request& request,
   const Clock::time_point begin = Clock::now();
   const SpannedCall call(*this, Use::query);
   if (!call.isGuest()) {
-    checkSilent();
+    checkForQuery();
     cleanFew();
   }
   const BatchWay way = {call.isGuest() ? 1 : threadsFor(pipeline_.settings),

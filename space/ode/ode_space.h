@@ -4,9 +4,9 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <atomic>
-#include <functional>
 #include <memory>
 #include <thread>
+#include <vector>
 
 #include "space/frame/frame.h"
 #include "space/frame/policy.h"
@@ -60,9 +60,9 @@ class ParallelSAPSpace : public dxSpace {
   void collidePairs(const PairsRequest& request);
   std::size_t castRays(const RayRequest& request);
   std::size_t findOverlaps(OverlapRequest request);
-  // Calls visit(mesh) for all meshes in it, at any depth. Whether there are stock spaces in it.
+  // Adds all meshes in it, at any depth, as those of a slot. Whether there are stock spaces in it.
   // Another thread may query it meanwhile. Throws std::bad_alloc.
-  bool forMeshes(const std::function<void(dxGeom*)>& visit);
+  bool addMeshes(Slot slot, std::vector<SilentGeoms::Within>& meshes);
 
   // The program announces that any geom of any space may have other bits, another body or another
   // enabled state, as it does of one space by Pipeline::notify().
@@ -117,13 +117,17 @@ class ParallelSAPSpace : public dxSpace {
   // Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
   // of which spaces around this one are not to know.
   void checkSilent() {
-    if (needs_clean_.load(std::memory_order_relaxed)) silent_.cleanWithin(slots_.geoms().data());
     if (!silent_.areClean()) {
       is_checked_.store(false, std::memory_order_relaxed);
       silent_.check(*this, slots_.geoms().data());
     }
     if (ever_swept_) updateSweptBounds();
     is_checked_.store(true, std::memory_order_release);
+  }
+  // The same where other threads may query the sub-spaces.
+  void checkForQuery() {
+    if (needs_clean_.load(std::memory_order_relaxed)) silent_.cleanWithin(slots_.geoms().data());
+    checkSilent();
   }
   // Whether no geom is dirty.
   bool isClean() const {

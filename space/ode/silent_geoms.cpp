@@ -16,9 +16,11 @@ bool isDirty(const dxGeom* geom) {
   return (geom->gflags & GEOM_DIRTY) != 0;
 }
 
-// Of a geom that is in a space of ours: whether that and all around it know that it is dirty.
+// Of a geom that is in a space of ours: whether that and all around it know that it is dirty, and
+// will make their AABBs anew. Who asks ODE for theirs has them made before, and ODE clears the
+// flag.
 bool isToldDirty(const dxGeom* geom) {
-  return isDirty(geom) && (geom->gflags & told_dirty) != 0;
+  return isDirty(geom) && geom->gflags & told_dirty && geom->parent_space->gflags & GEOM_AABB_BAD;
 }
 
 bool mayBeSilent(const dxGeom* geom) {
@@ -47,13 +49,18 @@ void makeDirtyToLast(dxSpace* space) {
     geom->gflags |= GEOM_DIRTY;
 }
 
-// Stock spaces around them are to clean those as well.
-void cleanOurs(dxGeom* geom) {
-  if (!IS_SPACE(geom) || !isDirty(geom)) return;
+// Stock spaces around them are to clean those as well. Whether there was one.
+bool cleanOurs(dxGeom* geom) {
+  if (!IS_SPACE(geom) || !isDirty(geom)) return false;
   dxSpace* const space = static_cast<dxSpace*>(geom);
-  if (parallelSAPSpace(space)) return space->cleanGeoms();
-  for (dxGeom* own = space->first; own; own = own->next) cleanOurs(own);
-  if (cleansFront(space)) makeDirtyToLast(space);
+  if (parallelSAPSpace(space)) {
+    space->cleanGeoms();
+    return true;
+  }
+  bool any = false;
+  for (dxGeom* own = space->first; own; own = own->next) any = cleanOurs(own) || any;
+  if (any && cleansFront(space)) makeDirtyToLast(space);
+  return any;
 }
 
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
@@ -102,16 +109,22 @@ bool SilentGeoms::anyDirty() const {
   return (flags & GEOM_DIRTY) != 0;
 }
 
-void SilentGeoms::listMeshes(dxSpace* space, Slot slot) {
-  const auto add = [&](dxGeom* mesh) { lists_->within.push_back({slot, mesh}); };
+bool SilentGeoms::addMeshes(Slot slot, std::vector<Within>& meshes) const {
+  if (!lists_) return false;
+  for (dxGeom* const mesh : lists_->meshes) meshes.push_back({slot, mesh});
+  for (const Within& within : lists_->within) meshes.push_back({slot, within.mesh});
+  return lists_->any_stock;
+}
+
+void SilentGeoms::listWithin(dxSpace* space, Slot slot) {
   if (ParallelSAPSpace* const own = parallelSAPSpace(space)) {
-    if (own->forMeshes(add)) lists_->any_stock = true;
+    if (own->addMeshes(slot, lists_->within)) lists_->any_stock = true;
     return;
   }
   lists_->any_stock = true;
   for (dxGeom* geom = space->first; geom; geom = geom->next) {
-    if (geom->type == dTriMeshClass) add(geom);
-    if (IS_SPACE(geom)) listMeshes(static_cast<dxSpace*>(geom), slot);
+    if (geom->type == dTriMeshClass) lists_->within.push_back({slot, geom});
+    if (IS_SPACE(geom)) listWithin(static_cast<dxSpace*>(geom), slot);
   }
 }
 
@@ -141,7 +154,7 @@ void SilentGeoms::list(dxGeom* const* geoms) {
       dxSpace* const space = static_cast<dxSpace*>(geom);
       if (space->count > static_cast<int>(small_scene_slots))
         if (ParallelSAPSpace* const own = parallelSAPSpace(space)) lists->large.push_back(own);
-      if (isOther(slot)) listMeshes(space, slot);
+      if (isOther(slot)) listWithin(space, slot);
     });
   }
   changed_.clear();

@@ -21,6 +21,11 @@ class ParallelSAPSpace;
 // a geom came to it or left.
 class SilentGeoms {
  public:
+  struct Within {
+    Slot slot;     // of the sub-space, in whose list nothing has changed while it is clean
+    dxGeom* mesh;  // at any depth
+  };
+
   // Makes room for slots below `slots`.
   void growTo(std::size_t slots) {
     slots_.growTo(slots);
@@ -57,16 +62,13 @@ class SilentGeoms {
   bool areClean() const { return listed_ && (!lists_ || !anyDirty()); }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
-  // Calls visit(mesh) for the meshes of a space, whose geoms these are, and of all spaces in it.
-  // Whether there are stock spaces among these. Changes nothing while areClean().
-  template <class Visit>
-  bool forMeshes(dxGeom* const* geoms, const Visit& visit) {
+  // Lists the meshes of a space, whose geoms these are, and of all spaces in it. Nothing while
+  // areClean().
+  void listMeshes(dxGeom* const* geoms) {
     if (!areClean() && !isListed()) list(geoms);
-    if (!lists_) return false;
-    for (dxGeom* const mesh : lists_->meshes) visit(mesh);
-    for (const Within& within : lists_->within) visit(within.mesh);
-    return lists_->any_stock;
   }
+  // Adds these as those of a sub-space at a slot. Whether there are stock spaces among the spaces.
+  bool addMeshes(Slot slot, std::vector<Within>& meshes) const;
   // Calls visit(space) for the sub-spaces of ours that are no small scenes, by slot, unless they
   // are more than `most`. After check().
   template <class Visit>
@@ -82,11 +84,6 @@ class SilentGeoms {
   std::size_t bytes() const { return bytesOf(slots_, changed_, lists_); }
 
  private:
-  struct Within {
-    Slot slot;     // of the sub-space, in whose list nothing has changed while it is clean
-    dxGeom* mesh;  // at any depth
-  };
-
   // Null until there is a mesh or a space.
   struct Lists {
     bool any_stock = false;  // at any depth
@@ -100,7 +97,7 @@ class SilentGeoms {
   bool isListed() const { return listed_ && !(lists_ && lists_->any_stock); }
   bool anyDirty() const;
   void list(dxGeom* const* geoms);
-  void listMeshes(dxSpace* space, Slot slot);
+  void listWithin(dxSpace* space, Slot slot);
 
   SlotSet slots_;
   SlotSet changed_;            // of slots, since they were listed

@@ -81,6 +81,29 @@ TEST_CASE("Every call sees the triangles that a mesh got right before it, in spa
       }
 }
 
+TEST_CASE(
+    "A mesh that moved and then got other triangles is found, whoever asked for AABBs between",
+    "[silent]") {
+  const Triangles triangles;
+  for (const auto create : {dSimpleSpaceCreate, dHashSpaceCreate, dParallelSAPSpaceCreate}) {
+    const Space space;
+    const dSpaceID within = create(space);
+    const dGeomID mesh = triangles.away.create(within);
+    const dGeomID host = dCreateSphere(space, 1), probe = dCreateSphere(nullptr, 1);
+    for (const dGeomID geom : {host, probe}) dGeomSetPosition(geom, kHere, 0, 0);
+    for (std::size_t call = 0; call < kCalls; ++call) {
+      CAPTURE(call);
+      const std::size_t away = toldBy(call, space, probe);
+      dGeomSetPosition(mesh, 0, 0, 0);
+      (void)boundsOf(asGeom(within));
+      dGeomTriMeshSetData(mesh, triangles.at(true));
+      CHECK(toldBy(call, space, probe) == away + 1);
+      dGeomTriMeshSetData(mesh, triangles.at(false));
+    }
+    dGeomDestroy(probe);
+  }
+}
+
 TEST_CASE("A space that is the geom of a query brings its meshes up to date first", "[silent]") {
   const Triangles triangles;
   const Space space, other;

@@ -396,6 +396,29 @@ TEST_CASE("A geom may be several probes of a batch", "[guests]") {
   dGeomDestroy(convex);
 }
 
+TEST_CASE("A swept space and one in it may be asked at once about geoms of each other",
+          "[guests]") {
+  for (int round = 0; round < scaled(100); ++round) {
+    const Space space;
+    dParallelSAPSpaceSetSweptBounds(space, dReal(0.01));
+    const dSpaceID within = dParallelSAPSpaceCreate(space);
+    for (int i = 0; i < 100; ++i)
+      for (const dSpaceID each : {dSpaceID(space), within})
+        dGeomSetPosition(dCreateBox(each, 1, 1, 1), static_cast<dReal>(4 * i), 0, 0);
+    const dGeomID own = dSpaceGetGeom(space, 1), inner = dSpaceGetGeom(within, 0);
+    std::size_t found[2] = {};
+    std::atomic<int> ready{0};
+    const Messages messages;
+    together(2, [&](int i) {
+      for (++ready; ready < 2;) std::this_thread::yield();
+      found[i] = (i ? collide2(asGeom(within), own) : collide2(asGeom(space), inner)).size();
+    });
+    CAPTURE(round);
+    REQUIRE(messages.all().empty());
+    for (const std::size_t each : found) REQUIRE(each > 0);
+  }
+}
+
 TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 4);
