@@ -127,8 +127,8 @@ inline void updateAABB(dxGeom* geom) {
   if (geom->type == dRayClass) mendBoxOfRay(*static_cast<dxRay*>(geom));
 }
 
-// fixed: in gflags, where ODE uses the lower bits. A space of ours has it in its geoms that are
-// dirty and of which it was told so, as all spaces around it were then.
+// fixed: a bit of gflags that ODE does not use. ParallelSAPSpace::dirty() sets it, and with
+// GEOM_DIRTY it is cleared: the space, and all around it, were told that the geom is dirty.
 constexpr int told_dirty = 1 << 25;
 
 // The same of one that is no space, or whose geoms are clean.

@@ -291,8 +291,8 @@ void* OdeImage::symbol(const char* name) const {
   return dlsym(handle_, name);
 }
 
-// ODE does not tell where its table of colliders is, but what is written into it is found again: of
-// two entries no other place in memory is as far from another one.
+// ODE does not tell where its table of colliders is, but two marks that are written into it are
+// found again: no others are as far from each other.
 const OdeImage::Table* OdeImage::findTable() const {
   const auto hasMarks = [](const Table& table) {
     return table[dFirstUserClass][dFirstUserClass].collider == mark &&

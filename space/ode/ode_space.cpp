@@ -501,6 +501,7 @@ void ParallelSAPSpace::cleanGeoms() {
 
 // Before a query: where few geoms changed since the last one, these are known.
 void ParallelSAPSpace::cleanFew() {
+  checkForQuery();
   if (!needs_clean_) return;
   any_moved_ = true;
   const Scene all = scene(/*nested=*/true);
@@ -609,9 +610,11 @@ inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
   }
 }
 
-// Makes the AABB of a query's geom, which the space that it is in may be doing in another thread.
-// Waits there for that one, so nothing of this space must be left to do for which that may wait.
+// Brings the geom of a query up to date, as a call of the space that it is in: another thread may
+// be doing that. It may wait for that thread, so this space is up to date before. Else the threads
+// of two spaces could wait for each other.
 inline void ParallelSAPSpace::updateProbe(dxGeom* geom) {
+  updateOther(geom);
   dxSpace* around = geom->parent_space;
   while (around && !parallelSAPSpace(around)) around = around->parent_space;
   std::optional<Use> use;
@@ -662,9 +665,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   const Statistics::QueryBy by = !timed || parent_space || IS_SPACE(geom) ? Statistics::other
                                  : geom->type == dRayClass                ? Statistics::ray
                                                                           : Statistics::geom;
-  if (!call.isGuest()) checkForQuery();
   if (!call.isGuest()) cleanFew();
-  updateOther(geom);
   updateProbe(geom);
   const bool is_empty = IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom));
   if (!is_empty && hasNaN(geom))
@@ -737,10 +738,7 @@ std::size_t ParallelSAPSpace::runBatch(const Request& request,
                                        void (Statistics::*note)(std::size_t, double)) {
   const Clock::time_point begin = Clock::now();
   const SpannedCall call(*this, Use::query);
-  if (!call.isGuest()) {
-    checkForQuery();
-    cleanFew();
-  }
+  if (!call.isGuest()) cleanFew();
   const BatchWay way = {call.isGuest() ? 1 : threadsFor(pipeline_.settings),
                         getManualCleanup() != 0, call.isGuest(), query_filter_,
                         pipeline_.settings.rules};
@@ -762,7 +760,6 @@ std::size_t ParallelSAPSpace::findOverlaps(OverlapRequest request) {
   request.swept = any_swept.load(std::memory_order_relaxed);
   request.prepare = [this](dxGeom* geom) {
     require(geom && !IS_SPACE(geom), "a probe is a geom, no space", "dParallelSAPSpaceOverlaps");
-    updateOther(geom);
     updateProbe(geom);
     if (hasNaN(geom)) pipeline_.complaints.ofInvalid(geom);
   };

@@ -16,9 +16,9 @@ bool isDirty(const dxGeom* geom) {
   return (geom->gflags & GEOM_DIRTY) != 0;
 }
 
-// Of a geom that is in a space of ours: whether that and all around it know that it is dirty, and
-// will make their AABBs anew. Who asks ODE for theirs has them made before, and ODE clears the
-// flag.
+// Of a geom that is in a space of ours: whether that space and all around it know that it is dirty,
+// and will make their AABBs anew. dGeomGetAABB of a space clears GEOM_AABB_BAD, and what is dirty
+// stays so.
 bool isToldDirty(const dxGeom* geom) {
   return isDirty(geom) && geom->gflags & told_dirty && geom->parent_space->gflags & GEOM_AABB_BAD;
 }
@@ -49,7 +49,8 @@ void makeDirtyToLast(dxSpace* space) {
     geom->gflags |= GEOM_DIRTY;
 }
 
-// Stock spaces around them are to clean those as well. Whether there was one.
+// Brings the geoms of dirty spaces of ours up to date: of this geom, or of those within it. Whether
+// there is one. The stock spaces around it are to clean it, too.
 bool cleanOurs(dxGeom* geom) {
   if (!IS_SPACE(geom) || !isDirty(geom)) return false;
   dxSpace* const space = static_cast<dxSpace*>(geom);
