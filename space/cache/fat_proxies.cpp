@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -21,6 +22,11 @@ constexpr std::size_t most_sampled = 128;  // fixed: likewise
 // A round number: larger boxes are of no use where more than one box in so many is fast, nor where
 // twice as many have left theirs.
 constexpr std::size_t changing_share = 8;
+
+// What left its fat box gets the widest margin, and a sample is followed for as long as that must
+// hold: a box at a steady speed stays in any of its margins for as long as in proportion.
+constexpr float widest_share = fat_shares[std::size(fat_shares) - 1];
+constexpr int sample_frames = static_cast<int>(least_service * widest_share / fat_shares[0]);
 
 Region leaving("fat proxies: boxes"), fattening("fat proxies: fat boxes"),
     testing("fat proxies: candidates");
@@ -57,14 +63,14 @@ Box grown(const Box& box, float margin) {
 
 }  // namespace
 
-// Whether nearly all of a sample of the boxes have moved so little since the last one that they
-// would stay in fat ones for a while. Takes the next sample. Returns the tolerance where they would
+// Finds the least margins in which nearly all boxes of a sample would have stayed since it was
+// taken, and would stay for a while at their average speed. Returns the tolerance where they would
 // stay within its margins, else 0.
-float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& slow) {
+float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
   // At infinity a margin would be infinite, and make no number of an infinite bound.
   constexpr double most = std::numeric_limits<float>::max();
   const float useful = static_cast<float>(std::min(tolerance, most));
-  slow = useful > 0;
+  share_ = useful > 0 ? fat_shares[0] : 0;
   // The same slots again, while about as many are there: some come and go in every frame.
   const std::size_t reach = sample_.size() * sample_step_;
   const bool known = reach <= boxes.size && boxes.size < 2 * reach;
@@ -72,22 +78,32 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance, bool& s
     sample_.resizeDiscarding(std::min(most_sampled, boxes.size / sampled_share));
     if (sample_.size() == 0) return useful;
     sample_step_ = boxes.size / sample_.size();
+    sampled_frames_ = sample_frames;
   }
-  std::size_t compared = 0, fast = 0, fast_for_tolerance = 0;
+  const bool takes_next = ++sampled_frames_ >= sample_frames;
+  const float frames = static_cast<float>(sampled_frames_);
+  std::size_t compared = 0, fast[std::size(fat_shares)] = {}, fast_for_tolerance = 0;
   for (std::size_t i = 0; i < sample_.size(); ++i) {
     const Box& box = boxes.boxes[i * sample_step_];
-    Box& before = sample_[i];
+    auto& [before, farthest] = sample_[i];
     if (known && isActive(box) && isActive(before)) {
-      const float distance = distanceOf(before, box);
+      farthest = std::max(farthest, distanceOf(before, box));
       ++compared;
-      fast += !(distance * static_cast<float>(least_service) <= marginOf(box, fat_share));
-      fast_for_tolerance += !(distance <= useful * most_loose / 2);
+      for (std::size_t size = 0; size < std::size(fat_shares); ++size) {
+        const float served = least_service * (fat_shares[size] / fat_shares[0]);
+        fast[size] +=
+            !(farthest * std::max(1.0f, served / frames) <= marginOf(box, fat_shares[size]));
+      }
+      fast_for_tolerance += !(farthest / frames <= useful * most_loose / 2);
     }
-    before = box;
+    if (takes_next) sample_[i] = {box, 0};
   }
+  if (takes_next) sampled_frames_ = 0;
   if (compared == 0) return useful;
   if (useful > 0 && fast_for_tolerance * changing_share <= compared) return useful;
-  slow = fast * changing_share <= compared;
+  share_ = 0;
+  for (std::size_t size = std::size(fat_shares); size-- > 0;)
+    if (fast[size] * changing_share <= compared) share_ = fat_shares[size];
   return 0;
 }
 
@@ -130,14 +146,13 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
 
 bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
   const ScopedMode mode(exactMode());
-  bool slow;
-  const float before = std::exchange(tolerance_, usefulTolerance(boxes, tolerance, slow));
+  const float before = std::exchange(tolerance_, usefulTolerance(boxes, tolerance));
   if (before != tolerance_) {
     stop();
     back_off_ = BackOff(4);
   }
   if (back_off_.skipTurn()) return false;
-  if (fat_.size == 0) return slow;
+  if (fat_.size == 0) return share_ > 0;
   // Candidates are of use if so few boxes left their fat ones: half of what is found anew as fast.
   if (fat_.filter_bits == boxes.filter_bits && fat_.filter_bodies == boxes.filter_bodies) {
     listLeft(boxes, threads);
@@ -149,7 +164,7 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
   const bool too_soon = frames_ < least_service / 2;
   stop();
   if (too_soon) back_off_.failed();
-  return slow && !too_soon;
+  return share_ > 0 && !too_soon;
 }
 
 void FatProxies::noteUnused() {
@@ -186,7 +201,7 @@ int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   runTeam(fattening, most, [&](int thread, int team) {
     const Range own = ownPart(boxes.size, thread, team);
     for (std::size_t slot = own.begin; slot < own.end; ++slot)
-      fatten(boxes, static_cast<Slot>(slot), fat_share);
+      fatten(boxes, static_cast<Slot>(slot), share_);
   });
   return sweep.find(fat_, threads, candidates_);
 }
@@ -199,7 +214,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   kept_ = candidates_.size();
   if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
   fat_.resize(boxes.size);
-  for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
+  for (const Slot slot : leaving_) fatten(boxes, slot, widest_share);
   CellTrees<float>& trees = sweep.trees();
   if (sweep.holds(fat_) && stray_rows_ <= build_cost * static_cast<double>(boxes.size)) {
     trees.numberPlaces(threads);

@@ -39,7 +39,7 @@ class FatProxies {
   }
 
  private:
-  float usefulTolerance(const BoxSet& boxes, double tolerance, bool& slow);
+  float usefulTolerance(const BoxSet& boxes, double tolerance);
   bool filtersChanged(const BoxSet& boxes, Slot slot) const;
   void listLeft(const BoxSet& boxes, int threads);
   void fatten(const BoxSet& boxes, Slot slot, float share);
@@ -48,7 +48,14 @@ class FatProxies {
   int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
 
+  // A box when the sample was taken, and how far from there it has been since.
+  struct Sampled {
+    Box box;
+    float farthest;
+  };
+
   float tolerance_ = 0;
+  float share_ = 0;  // margins that are of use now; 0: none
   BackOff back_off_{4};
   int frames_ = 0;  // since all got fat boxes
   int unused_ = 0;  // frames since find()
@@ -59,7 +66,8 @@ class FatProxies {
   double stray_rows_ = 0;  // gone through since the sweep built its trees
   ChangedPairs changed_pairs_;
   std::size_t kept_ = 0;
-  Buffer<Box> sample_;           // some boxes of the last frame
+  Buffer<Sampled> sample_;
+  int sampled_frames_ = 0;       // since it was taken
   std::size_t sample_step_ = 0;  // slots from one to the next
 };
 

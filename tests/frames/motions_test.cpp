@@ -176,6 +176,28 @@ TEST_CASE("Candidates are kept where all trembles, and given back after", "[moti
   CHECK(frames(10, kSlow) > 5);
 }
 
+TEST_CASE("Candidates are kept where all swings within an eighth, not where it goes on",
+          "[motions]") {
+  for (const auto& [swing, drift, keeps] :
+       {std::tuple{0.1, 0.0, true}, {0.15, 0.0, false}, {0.1, 0.02, false}, {0.0, 0.02, false}}) {
+    const Space space(on_cpu);
+    World world(space);
+    world.addBoxes(denseCube(1500, 124));
+    int kept = 0;
+    for (int frame = 0; frame < 40; ++frame) {
+      for (const dGeomID geom : world.geoms()) {
+        const dReal* const at = dGeomGetPosition(geom);
+        dGeomSetPosition(geom, at[0] + real(frame % 2 ? swing : -swing), at[1] + real(drift),
+                         at[2]);
+      }
+      (void)collide(space);
+      kept += statsOf(space).candidates_kept > 0;
+    }
+    INFO("swing " << swing << ", drift " << drift);
+    CHECK((keeps ? kept > 25 : kept == 0));
+  }
+}
+
 TEST_CASE("Candidates are kept where all that ODE calls moved is where it was", "[motions]") {
   const Space space(on_cpu);
   World world(space);
