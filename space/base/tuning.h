@@ -87,7 +87,8 @@ constexpr std::size_t changed_share = 16;
 
 // How far fat boxes lie outside of boxes, in parts of a box's least extent: the first where boxes
 // move slowly, the last where they tremble farther, and for a box that has left its fat one. Like
-// cubes anywhere have 1.4 and 2 times as many candidates as pairs.
+// cubes anywhere have 1.4 and 2 times as many candidates as pairs: the last is not for a million
+// boxes, which lie in memory, where extraction took 1.1 to 1.3 times as long with it.
 constexpr float fat_shares[] = {1.0f / 16, 1.0f / 8};
 
 // Fat boxes are made where boxes would stay in them for so many frames. They were made in vain if

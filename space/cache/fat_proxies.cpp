@@ -80,30 +80,30 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
     sample_step_ = boxes.size / sample_.size();
     sampled_frames_ = sample_frames;
   }
+  const std::size_t margins = boxes.size > far_slots / 2 ? 1 : std::size(fat_shares);
   const bool takes_next = ++sampled_frames_ >= sample_frames;
   const float frames = static_cast<float>(sampled_frames_);
   std::size_t compared = 0, fast[std::size(fat_shares)] = {}, fast_for_tolerance = 0;
-  for (std::size_t i = 0; i < sample_.size(); ++i) {
-    const Box& box = boxes.boxes[i * sample_step_];
-    auto& [before, farthest] = sample_[i];
+  for (std::size_t k = 0; k < sample_.size(); ++k) {
+    const Box& box = boxes.boxes[k * sample_step_];
+    auto& [before, farthest] = sample_[k];
     if (known && isActive(box) && isActive(before)) {
       farthest = std::max(farthest, distanceOf(before, box));
       ++compared;
-      for (std::size_t size = 0; size < std::size(fat_shares); ++size) {
-        const float served = least_service * (fat_shares[size] / fat_shares[0]);
-        fast[size] +=
-            !(farthest * std::max(1.0f, served / frames) <= marginOf(box, fat_shares[size]));
+      for (std::size_t i = 0; i < margins; ++i) {
+        const float served = least_service * (fat_shares[i] / fat_shares[0]);
+        fast[i] += !(farthest * std::max(1.0f, served / frames) <= marginOf(box, fat_shares[i]));
       }
       fast_for_tolerance += !(farthest / frames <= useful * most_loose / 2);
     }
-    if (takes_next) sample_[i] = {box, 0};
+    if (takes_next) sample_[k] = {box, 0};
   }
   if (takes_next) sampled_frames_ = 0;
   if (compared == 0) return useful;
   if (useful > 0 && fast_for_tolerance * changing_share <= compared) return useful;
   share_ = 0;
-  for (std::size_t size = std::size(fat_shares); size-- > 0;)
-    if (fast[size] * changing_share <= compared) share_ = fat_shares[size];
+  for (std::size_t i = margins; i-- > 0;)
+    if (fast[i] * changing_share <= compared) share_ = fat_shares[i];
   return 0;
 }
 
