@@ -15,7 +15,7 @@ bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
 }
 
 PairCache::Kept PairCache::begin(bool may_keep, const GeomTree::Geoms& geoms,
-                                 const PackRules& rules, int threads, SharedPart<GeomTree>& tree,
+                                 const PairRules& rules, int threads, SharedPart<GeomTree>& tree,
                                  GeomUpdate& geom_update, dParallelSAPStats& stats) {
   Kept kept;
   kept.all_reported = state_ == reported;

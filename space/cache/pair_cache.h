@@ -45,7 +45,7 @@ class PairCache {
     bool isSame() const { return any && changes == 0; }
   };
   // A frame begins. Decides what it keeps, and brings that up to date but for the pairs.
-  Kept begin(bool may_keep, const GeomTree::Geoms& geoms, const PackRules& rules, int threads,
+  Kept begin(bool may_keep, const GeomTree::Geoms& geoms, const PairRules& rules, int threads,
              SharedPart<GeomTree>& tree, GeomUpdate& geom_update, dParallelSAPStats& stats);
   // The boxes of all geoms are up to date, and the next frame may keep them. Changes count from now
   // on.
@@ -62,7 +62,7 @@ class PairCache {
   void stop() { state_ = off; }
 
   // Pairs are all that overlap and pass the filter, more with a tolerance, and no change is left.
-  void validate(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
+  void validate(dxGeom* const* geoms, const GeomUpdate& update, const PairRules& rules,
                 const PairList& pairs) const;
   std::size_t bytes() const { return bytesOf(changed_, changed_pairs_); }
 
@@ -81,7 +81,7 @@ class PairCache {
   State state_ = off;
   SlotSet changed_;
   bool all_may_have_changed_ = false;
-  PackRules rules_;  // of the last frame
+  PairRules rules_;  // of the last frame
   ChangedPairs changed_pairs_;
 };
 

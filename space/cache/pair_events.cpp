@@ -33,7 +33,7 @@ void PairEvents::trackSlots() {
   std::iota(previous_slots_.begin(), previous_slots_.end(), Slot{0});
 }
 
-bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, const PackRules& rules,
+bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, const PairRules& rules,
                         int threads) try {
   freeNumbers();
   const int team = teamFor(pairs.size() + previous_.pairs.size() + resting_.size(),
@@ -49,11 +49,10 @@ bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, con
     next_.touches.resizeDiscarding(pairs.size());
     previous_.touches.growTo(previous_.pairs.size(), no_touch);
   }
-  const PairRule rule(rules);
   {
     const ScopedMode mode(exactMode());
     runChunks(comparing, team, spans_.size(), 1,
-              [&](const Range& range, int) { compare(range.begin, geoms, rule); });
+              [&](const Range& range, int) { compare(range.begin, geoms, rules); });
   }
   callAABBTests(geoms);
   previous_slots_.reserve(geoms.size());  // for trackSlots()
@@ -130,16 +129,16 @@ void PairEvents::listPreviousGeoms(const Buffer<dxGeom*>& geoms) {
 }
 
 // Of a pair that is not reported any more.
-PairEvents::State PairEvents::stateOf(const dxGeom* a, const dxGeom* b, const PairRule& rule) {
-  if (!a || !b || !rule.isLeftOutAtRest(a, b)) return State::ends;
+PairEvents::State PairEvents::stateOf(const dxGeom* a, const dxGeom* b, const PairRules& rules) {
+  if (!a || !b || !rules.isLeftOutAtRest(a, b)) return State::ends;
   return hasAABBTest(a) || hasAABBTest(b) ? State::rests_by_aabb_tests : State::rests;
 }
 
-bool PairEvents::rests(dxGeom* a, dxGeom* b, const PackRules& rules) {
+bool PairEvents::rests(dxGeom* a, dxGeom* b, const PairRules& rules) {
   State state;
   {
     const ScopedMode mode(exactMode());
-    state = stateOf(a, b, PairRule(rules));
+    state = stateOf(a, b, rules);
   }
   return state == State::rests || (state != State::ends && passesAABBTests(a, b));
 }
@@ -176,11 +175,11 @@ std::size_t PairEvents::copyLasting(std::size_t place, std::size_t end, std::siz
 }
 
 // Copies the new pairs, and the numbers of pairs that last.
-void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const PairRule& rule) {
+void PairEvents::compare(std::size_t number, const Buffer<dxGeom*>& geoms, const PairRules& rules) {
   const PairSpan& span = spans_[number];
   const auto stateOf = [&](Pair pair) {
     return PairEvents::stateOf(previousGeom(earlierOf(pair), geoms),
-                               previousGeom(laterOf(pair), geoms), rule);
+                               previousGeom(laterOf(pair), geoms), rules);
   };
   Changes& changes = changes_[number];
   changes.begun.resizeDiscarding(0);

@@ -71,7 +71,7 @@ class PairEvents {
 
   // Compares the pairs of a frame with the previous pairs, and replaces these. Without memory it
   // returns false: the frame has no events, and the previous pairs stay for the next one.
-  bool update(const PairList& pairs, const Buffer<dxGeom*>& geoms, const PackRules& rules,
+  bool update(const PairList& pairs, const Buffer<dxGeom*>& geoms, const PairRules& rules,
               int threads);
   // The same for a frame whose pairs are those of the last frame. Returns false, and changes
   // nothing, if that had no events or slots changed since.
@@ -101,7 +101,7 @@ class PairEvents {
   static void forget(dxGeom* geom) { geom->gflags &= ~(nested_spaces * lowest_touching); }
   static void sortByPlace(Buffer<Event>& events);
   // Whether a pair is left out only because it rests.
-  static bool rests(dxGeom* a, dxGeom* b, const PackRules& rules);
+  static bool rests(dxGeom* a, dxGeom* b, const PairRules& rules);
   // By place; of no pair if the last frame had no events.
   const Number* numbers() const { return previous_.numbers.data(); }
   std::size_t pairs() const { return has_events_ ? previous_.pairs.size() : 0; }
@@ -152,7 +152,7 @@ class PairEvents {
   dxGeom* previousGeom(Slot slot, const Buffer<dxGeom*>& geoms) const {
     return (slots_changed_ ? previous_geoms_ : geoms)[slot];
   }
-  static State stateOf(const dxGeom* a, const dxGeom* b, const PairRule& rule);
+  static State stateOf(const dxGeom* a, const dxGeom* b, const PairRules& rules);
   const Unreported* restingFrom(std::size_t span) const;
   Touch touchOf(std::size_t previous) const {
     return keeps_touches_ ? previous_.touches[previous] : no_touch;
@@ -163,7 +163,7 @@ class PairEvents {
   }
   std::size_t copyLasting(std::size_t place, std::size_t end, std::size_t previous,
                           std::size_t previous_end);
-  void compare(std::size_t span, const Buffer<dxGeom*>& geoms, const PairRule& rule);
+  void compare(std::size_t span, const Buffer<dxGeom*>& geoms, const PairRules& rules);
   void callAABBTests(const Buffer<dxGeom*>& geoms);
   void writeEvents(const Buffer<dxGeom*>& geoms);
 

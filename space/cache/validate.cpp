@@ -31,7 +31,7 @@ void FatProxies::validate(const BoxSet& boxes, const Sweep<float>& sweep) const 
   mustBePairs(candidates_, fat_.size, /*exactly=*/true, isPair, invariant);
 }
 
-void PairCache::validate(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules,
+void PairCache::validate(dxGeom* const* geoms, const GeomUpdate& update, const PairRules& rules,
                          const PairList& pairs) const {
   constexpr char invariant[] =
       "pairs are all that overlap and pass the filter, more with a tolerance, and no change is "

@@ -18,7 +18,7 @@ constexpr double least_share = 0.05;  // fixed: of the pairs, or of a frame's ti
 constexpr double most_moved = 0.5;    // sides; as in dParallelSAPSpaceIsFast
 constexpr double most_coarse = 1.0 / 512;  // sides; fixed: a contact is rarely deeper
 
-constexpr PackRules of_static = {true, false}, of_asleep = {false, true};
+constexpr PairRules of_static = {true, false}, of_asleep = {false, true};
 
 bool isStill(dBodyID body, dReal speed, dReal turn) {
   return dCalcVectorLength3(dBodyGetLinearVel(body)) <= speed &&
@@ -56,8 +56,8 @@ bool isLed(const dxGeom* geom, const dReal* way) {
 void Facts::see(dGeomID a, dGeomID b) {
   const ScopedMode mode(exactMode());
   ++counts_[pairs];
-  counts_[of_statics] += PairRule(of_static).isLeftOut(a, b);
-  counts_[of_sleepers] += PairRule(of_asleep).isLeftOut(a, b);
+  counts_[of_statics] += of_static.isLeftOut(a, b);
+  counts_[of_sleepers] += of_asleep.isLeftOut(a, b);
   counts_[clear] += areClearByPlane(a, b);
   counts_[kept_awake] += isKeptAwake(a->body, b->body) || isKeptAwake(b->body, a->body);
 }

@@ -22,7 +22,7 @@ struct Settings {
   int threads = 0;  // 0: what OpenMP would use
   int devices = 0;  // 0: chosen by the space
   bool print_stats = false;
-  PackRules rules;
+  PairRules rules;
 };
 
 // The threads a collide may use: 1 to most_threads.
@@ -43,7 +43,7 @@ struct SceneFacts {
 
 // What a frame is to do: decided once, when it begins.
 struct Plan {
-  PackRules rules;         // those that the user set
+  PairRules rules;         // those that the user set
   int threads = 1;         // of all stages up to the report
   int most_threads = 1;    // of the narrow phase, or of a report in blocks on all threads
   bool fat_pairs = false;  // kept pairs of larger boxes may do, if those hold the boxes

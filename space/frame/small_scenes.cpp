@@ -145,12 +145,11 @@ inline unsigned filter(SmallLists& lists, Keeps keeps) {
 // became dirty, came or went since the last frame. Reads the thread's floating-point mode before it
 // computes: reading it waits for all computations before. `counts` are written member by member and
 // not copied: a copy waits until words just written have reached the cache.
-inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLists& lists,
+inline void find(const Scene& scene, const PairRules& rules, bool still, SmallLists& lists,
                  FrameCounts& counts) {
-  const PairRule rule(rules);
   bool by_filters = false;
   still = still && listActive<true>(scene.slots, lists, counts, by_filters);
-  lists.same = still && lists.takes_all && !by_filters && rule.isODEs();
+  lists.same = still && lists.takes_all && !by_filters && rules.isODEs();
   unsigned pairs = lists.overlaps;
   if (!lists.same) {
     bool is_exact = !differs(currentMode(), exactMode());
@@ -170,8 +169,8 @@ inline void find(const Scene& scene, const PackRules& rules, bool still, SmallLi
                            ? findByVectors(lists, lists.actives)
                            : findOneByOne(lists.active.data(), lists.actives, lists.pairs.data());
     }
-    lists.takes_all = !by_filters && rule.isODEs() && !lists.user_classes;
-    const auto mayPair = [&](PlacePair, dxGeom* a, dxGeom* b) { return rule.mayPair(a, b); };
+    lists.takes_all = !by_filters && rules.isODEs() && !lists.user_classes;
+    const auto mayPair = [&](PlacePair, dxGeom* a, dxGeom* b) { return rules.mayPair(a, b); };
     pairs = lists.takes_all && !still ? lists.overlaps : filter(lists, mayPair);
   }
   counts.geoms = static_cast<unsigned>(scene.count);

@@ -47,7 +47,7 @@ void TouchEvents::giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all)
 }
 
 bool TouchEvents::update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-                         const PackRules& rules, int threads) try {
+                         const PairRules& rules, int threads) try {
   const Buffer<dxGeom*>& geoms = contacts.scene().slots;
   touching_ = PairEvents::touchingBit(geoms);
   takeOutlived(pairs);
@@ -171,7 +171,7 @@ std::uint32_t& TouchEvents::entryOf(const dxGeom* o1, const dxGeom* o2) {
 
 // Of touches that did not last: which geoms are still there; no other is read. Those whose pair
 // rests last after all. Returns how many end.
-std::size_t TouchEvents::findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules) {
+std::size_t TouchEvents::findEnded(const Buffer<dxGeom*>& geoms, const PairRules& rules) {
   std::size_t ended = static_cast<std::size_t>(
       std::count_if(within_.begin(), within_.end(), [](const Within& t) { return !t.lasts; }));
   if (ended == 0) return 0;

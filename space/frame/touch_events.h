@@ -29,7 +29,7 @@ class TouchEvents {
   // Compares what the narrow phase found with the touches of the last such frame. `pairs`: those of
   // this frame. False without memory: the touches stay for the next frame.
   bool update(const ContactPairs& contacts, const NarrowPhase& found, PairEvents& pairs,
-              const PackRules& rules, int threads);
+              const PairRules& rules, int threads);
   // No more frames come.
   void end(PairEvents& pairs);
 
@@ -63,7 +63,7 @@ class TouchEvents {
   void listAgain(const Buffer<dxGeom*>& geoms, PairEvents& pairs);
   std::size_t match();
   std::uint32_t& entryOf(const dxGeom* o1, const dxGeom* o2);
-  std::size_t findEnded(const Buffer<dxGeom*>& geoms, const PackRules& rules);
+  std::size_t findEnded(const Buffer<dxGeom*>& geoms, const PairRules& rules);
   void markPresent(dxGeom* geom);
   std::uintptr_t& leftOf(const dxGeom* geom);
   dxGeom* ifPresent(dxGeom* geom) { return leftOf(geom) & present ? geom : nullptr; }

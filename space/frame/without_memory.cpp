@@ -217,9 +217,9 @@ __attribute__((noinline)) void findOnStack(const Buffer<dxGeom*>& geoms, Use use
 }
 
 // The AABBTest functions apart.
-bool isHitOf(const dxGeom* geom, const dxGeom* own, const PackRules& rules) {
+bool isHitOf(const dxGeom* geom, const dxGeom* own, const PairRules& rules) {
   const ScopedMode mode(exactMode());
-  return boxesOverlap(own, geom) && isHit(own, geom, rules);
+  return boxesOverlap(own, geom) && rules.isHit(own, geom);
 }
 
 }  // namespace
@@ -238,15 +238,17 @@ dParallelSAPStats updateWithoutMemory(const Scene& scene) {
   return statsOf(counts);
 }
 
-void collideWithoutMemory(const Scene& scene, const PackRules& rules, Buffer<Pair>* room,
+void collideWithoutMemory(const Scene& scene, const PairRules& rules, Buffer<Pair>* room,
                           dParallelSAPStats& stats, const PairReceiver& receiver) {
-  const PairRule rule(rules);
   const Reports::Open open(scene.reports, receiver.opens);
   const Buffer<dxGeom*>& geoms = scene.slots;
   // The callback may disable or destroy geoms of later pairs.
+  const auto takesPart = [](const dxGeom* geom) {
+    return geom && isEnabled(geom) && !hasNaN(geom);
+  };
   const auto mayPair = [&](dxGeom* a, dxGeom* b) {
     const ScopedMode mode(exactMode());
-    return a && b && rule.takesPart(a) && rule.takesPart(b) && rule.mayPair(a, b);
+    return takesPart(a) && takesPart(b) && rules.mayPair(a, b);
   };
   const auto report = [&](Pair pair) {
     dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
@@ -264,7 +266,7 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, Buffer<Pai
   if (receiver.end) receiver.end(receiver.data);
 }
 
-void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,
+void queryWithoutMemory(const Scene& scene, const PairRules& rules, dxGeom* geom, void* data,
                         dNearCallback* callback) {
   const Reports::Open open(scene.reports);
   const Buffer<dxGeom*>& geoms = scene.slots;

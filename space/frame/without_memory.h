@@ -21,10 +21,10 @@ dParallelSAPStats updateWithoutMemory(const Scene& scene);
 // Then finds and reports the pairs of as many geoms at a time as the memory suffices for that is to
 // be had now, and counts in `stats` meanwhile. A callback may leave in any way, so `room` is to
 // hold that memory. Null: the stack does, which suffices for few.
-void collideWithoutMemory(const Scene& scene, const PackRules& rules, Buffer<Pair>* room,
+void collideWithoutMemory(const Scene& scene, const PairRules& rules, Buffer<Pair>* room,
                           dParallelSAPStats& stats, const PairReceiver& receiver);
 // dSpaceCollide2 of the geoms of a space, which are clean, with another one.
-void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,
+void queryWithoutMemory(const Scene& scene, const PairRules& rules, dxGeom* geom, void* data,
                         dNearCallback* callback);
 
 }  // namespace ode_parallel_sap

@@ -134,7 +134,7 @@ inline void packBody(const dxGeom* geom, BodyKey& body, UpdateFacts& facts) {
 // Needs exactMode(). The geoms are clean.
 class GeomPacker {
  public:
-  PackRules rules;
+  PairRules rules;
 
   // Writes box, bits and body of a slot to `boxes`. No geom: an empty slot.
   SlotState pack(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) const;
@@ -169,7 +169,7 @@ inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& fa
     boxes.deactivate(slot);
     return no_box_state | unwatched_state;
   }
-  const bool resting = isResting(geom, rules);
+  const bool resting = rules.isResting(geom);
   boxes.bodies[slot] = resting ? resting_body : keyOf(geom->body);
   // Where silent changes are announced, a step may still put an awake body to sleep; one that a
   // step wakes is moved by it.
@@ -214,7 +214,7 @@ inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& fa
 
 inline bool GeomPacker::changedSilently(const dxGeom* geom, Slot slot, SlotState state,
                                         const BoxSet& boxes) const {
-  const bool resting = isResting(geom, rules);
+  const bool resting = rules.isResting(geom);
   if (resting != (boxes.bodies[slot] == resting_body)) return true;
   if (isEnabled(geom) != !(state & disabled_state)) return true;
   if (state & no_box_state || (resting && !rules.notified)) return false;
@@ -222,7 +222,7 @@ inline bool GeomPacker::changedSilently(const dxGeom* geom, Slot slot, SlotState
 }
 
 inline bool GeomPacker::fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {
-  return geom->body && isResting(geom, rules) && boxes.bodies[slot] == keyOf(geom->body);
+  return geom->body && rules.isResting(geom) && boxes.bodies[slot] == keyOf(geom->body);
 }
 
 // The same in few instructions for most geoms: enabled, neither spaces nor of a user's class, with
@@ -231,7 +231,7 @@ inline bool GeomPacker::fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& 
 class PlainPacker {
  public:
   // The states are to be usualState() already.
-  PlainPacker(const PackRules& rules, BoxSet& boxes, SlotState* states)
+  PlainPacker(const PairRules& rules, BoxSet& boxes, SlotState* states)
       : boxes_(rules.leavesOutResting() || boxes.wide ? nullptr : boxes.boxes.data()),
         bits_(boxes.bits.data()),
         wide_bits_(boxes.wide_bits.data()),
@@ -241,7 +241,7 @@ class PlainPacker {
         most_step_(coarse_share *
                    (tolerant_ ? static_cast<float>(mostFor(rules.tolerance)) : most_bound)) {}
 
-  static SlotState usualState(const PackRules& rules) {
+  static SlotState usualState(const PairRules& rules) {
     return rules.notified ? unwatched_state : 0;
   }
   // False: GeomPacker has to do it.

@@ -153,7 +153,7 @@ void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
   forGeoms(geoms, slots_.size(), slotsOf(slots_), threads, nothing);
 }
 
-int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PairRules& rules, int threads,
                      BoxReader* reader) {
   packer_.rules = rules;
   watching_ = false;

@@ -51,7 +51,7 @@ class GeomUpdate {
   // Brings all up to date and fills boxes(): with doubles if floats are too coarse for the scene.
   // Sets which filters the boxes need. A reader, if any, gets the floats of a large scene while
   // others are packed. Returns the number of threads used.
-  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+  int pack(dxGeom* const* geoms, std::size_t slots, const PairRules& rules, int threads,
            BoxReader* reader = nullptr);
 
   // Whether repack() may follow what was packed last.

@@ -18,9 +18,8 @@ Region verifying("filter: verified pairs");
 
 // Copies the pairs that their geoms do not rule out; returns the end of the copy. `user_classes`:
 // calls AABBTest functions.
-Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes, const Pair* begin,
+Pair* verifyRun(dxGeom* const* geoms, const PairRules& rules, bool user_classes, const Pair* begin,
                 const Pair* end, Pair* to) {
-  const PairRule rule(rules);
   // Geoms lie anywhere in memory. The earlier one is often that of the pair before.
   constexpr std::ptrdiff_t ahead = prefetch_distance;
   const auto prefetchFlags = [&](const dxGeom* geom) {
@@ -36,39 +35,38 @@ Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;
-    to += rule.passesSilentChanges(a, b) && (!user_classes || passesAABBTests(a, b));
+    to += rules.passesSilentChanges(a, b) && (!user_classes || passesAABBTests(a, b));
   }
   return to;
 }
 
 }  // namespace
 
-PairFilter::PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules)
+PairFilter::PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PairRules& rules)
     : PairTest(!update.facts().exact_bits || (rules.cull_planes && update.facts().unbounded) ||
                (rules.skip_asleep && !rules.skip_static)),
       geoms_(geoms),
-      bodies_(update.boxes().bodies.data()),
-      every_filter_(!update.facts().exact_bits),
-      asleep_on_static_(rules.skip_asleep && !rules.skip_static),
-      packed_bits_at_rest_(rules.notified),
-      of_planes_(rules.cull_planes && update.facts().unbounded ? update.states() : nullptr) {}
+      update_(update),
+      rules_(rules) {}
 
 // Whether the geoms decide otherwise than the boxes did.
 bool PairFilter::drops(Pair pair) const {
   const Slot earlier = earlierOf(pair), later = laterOf(pair);
-  if (every_filter_ && atRest(earlier) && atRest(later)) return true;
-  if (asleep_on_static_ &&
-      ((atRest(earlier) && isStatic(later)) || (isStatic(earlier) && atRest(later))))
-    return true;
-  const bool may_be_clear =
-      of_planes_ && ((of_planes_[earlier] | of_planes_[later]) & unbounded_state);
-  if (!isMarkedBorderline(pair) && !every_filter_ && !may_be_clear) return false;
   dxGeom *const a = geoms_[earlier], *const b = geoms_[later];
-  if (may_be_clear && areClearByPlane(a, b)) return true;
+  if (isMarkedBorderline(pair) && !boxesOverlap(a, b)) return true;
+  if (!everyPair()) return false;
+  const BodyKey* const bodies = update_.boxes().bodies.data();
+  const bool a_rests = bodies[earlier] == resting_body, b_rests = bodies[later] == resting_body;
+  // Static geoms that are left out rest, too.
+  if ((a_rests && !bodies[later] && !IS_SPACE(b)) || (b_rests && !bodies[earlier] && !IS_SPACE(a)))
+    return true;
+  const SlotState* const states = update_.states();
+  if (rules_.cull_planes && (states[earlier] | states[later]) & unbounded_state &&
+      areClearByPlane(a, b))
+    return true;
   // The bits of geoms at rest are a matter of verifyPairs(), unless their changes are announced.
-  return (isMarkedBorderline(pair) && !boxesOverlap(a, b)) ||
-         (every_filter_ && (packed_bits_at_rest_ || !(atRest(earlier) || atRest(later))) &&
-          !filtersMatch(a, b));
+  return !update_.facts().exact_bits && (rules_.notified || !(a_rests || b_rests)) &&
+         !filtersMatch(a, b);
 }
 
 Pair* PairFilter::keep(Pair* begin, Pair* end) const {
@@ -81,7 +79,7 @@ Pair* PairFilter::keep(Pair* begin, Pair* end) const {
 }
 
 // Each thread copies its share to a part of its own.
-void verifyPairs(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
+void verifyPairs(dxGeom* const* geoms, const PairRules& rules, bool user_classes, int threads,
                  const PairList& pairs, PairList& verified) {
   const int most = user_classes ? 1 : teamFor(pairs.size(), grains::tested_pairs, threads);
   verified.clear(static_cast<std::size_t>(most));

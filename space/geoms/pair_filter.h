@@ -11,25 +11,20 @@ namespace ode_parallel_sap {
 class PairFilter final : public PairTest {
  public:
   // The geoms behind all slots are clean, and packed by `update`, up to its last use.
-  PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PackRules& rules);
+  PairFilter(dxGeom* const* geoms, const GeomUpdate& update, const PairRules& rules);
   Pair* keep(Pair* begin, Pair* end) const override;
 
  private:
   bool drops(Pair pair) const;
-  bool atRest(Slot slot) const { return bodies_[slot] == resting_body; }
-  bool isStatic(Slot slot) const { return bodies_[slot] == 0 && !IS_SPACE(geoms_[slot]); }
 
   dxGeom* const* const geoms_;
-  const BodyKey* const bodies_;       // by slot
-  const bool every_filter_;           // the bits beside the boxes do not decide
-  const bool asleep_on_static_;       // pairs of a geom asleep and a static one are not wanted
-  const bool packed_bits_at_rest_;    // geoms at rest have their own bits
-  const SlotState* const of_planes_;  // by slot, unbounded_state where planes are; null: not culled
+  const GeomUpdate& update_;
+  const PairRules& rules_;
 };
 
 // Puts into `verified` those of the pairs that their geoms do not rule out in this frame.
 // `user_classes`: AABBTest functions may.
-void verifyPairs(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
+void verifyPairs(dxGeom* const* geoms, const PairRules& rules, bool user_classes, int threads,
                  const PairList& pairs, PairList& verified);
 
 }  // namespace ode_parallel_sap

@@ -12,28 +12,6 @@
 
 namespace ode_parallel_sap {
 
-struct PackRules {
-  bool skip_static = false;  // no pairs of geoms without bodies
-  bool skip_asleep = false;  // no pairs whose bodies are all disabled
-  bool cull_planes = false;  // pairs of planes only with what reaches their half-space
-  bool notified = false;     // the program announces silent changes
-  bool checked = false;      // each frame checks that it does
-  dReal tolerance = 0;       // how far apart boxes of a pair may be
-
-  // Whether pairs of geoms at rest are no pairs. ODE does not announce it when one comes to rest.
-  bool leavesOutResting() const { return skip_static || skip_asleep; }
-  // Whether verifyPairs() tests all candidates again, as silent changes are not announced.
-  bool verifiesPairs() const { return leavesOutResting() && !notified; }
-
-  bool operator==(const PackRules& other) const {
-    return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&
-           cull_planes == other.cull_planes && notified == other.notified &&
-           checked == other.checked && tolerance == other.tolerance;
-  }
-};
-
-// ODE's own rules.
-
 // Needs exactMode(): flushed denormals would compare as equal.
 inline bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
   const dReal *const p = a->aabb, *const q = b->aabb;
@@ -58,8 +36,6 @@ inline bool passesAABBTests(dxGeom* a, dxGeom* b) {
   return !(hasAABBTest(a) || hasAABBTest(b)) ||
          (a->AABBTest(b, b->aabb) != 0 && b->AABBTest(a, a->aabb) != 0);
 }
-
-// Those that the user sets.
 
 // A dPlane is solid where normal * x <= distance. The corner of the AABB that is deepest in it
 // decides whether the AABB reaches it, but for errors of rounding: those of this sum (three
@@ -100,57 +76,65 @@ __attribute__((noinline)) inline bool areClearByPlane(const dxGeom* a, const dxG
   return isClearOf(a, b) || isClearOf(b, a);
 }
 
-// Whether the rules leave the pairs of this geom with others of its kind out. Spaces are neither
-// static nor asleep: their geoms may have bodies.
-inline bool isResting(const dxGeom* geom, const PackRules& rules) {
-  if (geom->body) return rules.skip_asleep && !dBodyIsEnabled(geom->body);
-  return rules.skip_static && !IS_SPACE(geom);
-}
+// What the user sets, and which two geoms are a pair by that and ODE's rules. The AABBTest
+// functions are not called.
+struct PairRules {
+  bool skip_static = false;  // no pairs of geoms without bodies
+  bool skip_asleep = false;  // no pairs whose bodies are all disabled
+  bool cull_planes = false;  // pairs of planes only with what reaches their half-space
+  bool notified = false;     // the program announces silent changes
+  bool checked = false;      // each frame checks that it does
+  dReal tolerance = 0;       // how far apart boxes of a pair may be
 
-// Whether dSpaceCollide2 finds a pair whose AABBs overlap, the AABBTest functions apart: one at
-// rest, too.
-inline bool isHit(const dxGeom* own, const dxGeom* geom, const PackRules& rules) {
-  return isEnabled(own) && filtersMatch(own, geom) &&
-         !(rules.cull_planes && areClearByPlane(own, geom));
-}
+  bool operator==(const PairRules& other) const {
+    return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&
+           cull_planes == other.cull_planes && notified == other.notified &&
+           checked == other.checked && tolerance == other.tolerance;
+  }
 
-// ODE's rules and the user's, for two geoms.
-class PairRule {
- public:
-  explicit PairRule(const PackRules& rules) : rules_(rules) {}
+  // Whether pairs of geoms at rest are no pairs. ODE does not announce it when one comes to rest.
+  bool leavesOutResting() const { return skip_static || skip_asleep; }
+  // Whether verifyPairs() tests all candidates again, as silent changes are not announced.
+  bool verifiesPairs() const { return leavesOutResting() && !notified; }
+  // Whether only ODE's filters have a say.
+  bool isODEs() const { return !leavesOutResting() && !cull_planes; }
 
-  static bool takesPart(const dxGeom* geom) { return isEnabled(geom) && !hasNaN(geom); }
+  // Whether pairs of this geom with others of its kind are left out. Spaces are neither static nor
+  // asleep: their geoms may have bodies.
+  bool isResting(const dxGeom* geom) const {
+    if (geom->body) return skip_asleep && !dBodyIsEnabled(geom->body);
+    return skip_static && !IS_SPACE(geom);
+  }
+  // Whether the user has a pair left out: both static, or no body awake and one asleep.
+  bool isLeftOut(const dxGeom* a, const dxGeom* b) const {
+    if (!leavesOutResting()) return false;
+    const bool a_rests = isResting(a), b_rests = isResting(b);
+    if (a_rests && b_rests) return true;
+    const auto isStatic = [](const dxGeom* geom) { return !geom->body && !IS_SPACE(geom); };
+    return skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
+  }
 
-  // Whether geoms that take part and whose AABBs overlap are a pair, the AABBTest functions apart.
-  // Needs exactMode().
-  bool mayPair(dxGeom* a, dxGeom* b) const {
-    return filtersMatch(a, b) && !isLeftOut(a, b) && !(rules_.cull_planes && areClearByPlane(a, b));
+  // Those that follow need exactMode(), but for the one of silent changes.
+  // Whether geoms that take part and whose AABBs overlap are a pair.
+  bool mayPair(const dxGeom* a, const dxGeom* b) const { return match(a, b) && !isLeftOut(a, b); }
+  // Whether dSpaceCollide2 finds a pair whose AABBs overlap: one at rest, too.
+  bool isHit(const dxGeom* own, const dxGeom* geom) const {
+    return isEnabled(own) && match(own, geom);
+  }
+  // Whether a pair found earlier would still be one if it did not rest.
+  bool isLeftOutAtRest(const dxGeom* a, const dxGeom* b) const {
+    return isLeftOut(a, b) && isEnabled(a) && isEnabled(b) && boxesAreNear(a, b, tolerance) &&
+           match(a, b);
   }
   // Whether the geoms of a candidate are still enabled and, if some may rest, match by their bits.
   bool passesSilentChanges(const dxGeom* a, const dxGeom* b) const {
-    return isEnabled(a) && isEnabled(b) && (!rules_.leavesOutResting() || filtersMatch(a, b));
-  }
-  // Whether a pair found earlier would still be one if it did not rest, the AABBTest functions
-  // apart. Needs exactMode().
-  bool isLeftOutAtRest(const dxGeom* a, const dxGeom* b) const {
-    return isLeftOut(a, b) && isEnabled(a) && isEnabled(b) && filtersMatch(a, b) &&
-           boxesAreNear(a, b, rules_.tolerance) && !(rules_.cull_planes && areClearByPlane(a, b));
-  }
-  // Whether only ODE's filters have a say.
-  bool isODEs() const { return !rules_.leavesOutResting() && !rules_.cull_planes; }
-
-  // Whether the user has a pair left out: both static, or no body awake and one asleep.
-  bool isLeftOut(const dxGeom* a, const dxGeom* b) const {
-    if (!rules_.leavesOutResting()) return false;
-    const bool a_rests = isResting(a, rules_), b_rests = isResting(b, rules_);
-    if (a_rests && b_rests) return true;
-    return rules_.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
+    return isEnabled(a) && isEnabled(b) && (!leavesOutResting() || filtersMatch(a, b));
   }
 
  private:
-  static bool isStatic(const dxGeom* geom) { return !geom->body && !IS_SPACE(geom); }
-
-  const PackRules& rules_;
+  bool match(const dxGeom* a, const dxGeom* b) const {
+    return filtersMatch(a, b) && !(cull_planes && areClearByPlane(a, b));
+  }
 };
 
 }  // namespace ode_parallel_sap

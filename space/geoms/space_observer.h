@@ -21,7 +21,7 @@ class SpaceObserver {
   virtual ~SpaceObserver() = default;
   // Whether it wants the geoms of the frame that begins, within no callback; they are clean then.
   virtual bool wantsScene() { return false; }
-  virtual void seeScene(const Scene&, const PackRules&) {}
+  virtual void seeScene(const Scene&, const PairRules&) {}
   // Whether it wants the pairs of the frame that runs, within no callback.
   virtual bool isDue() = 0;
   // One of these pairs. The space is locked.

@@ -265,7 +265,7 @@ void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found,
   found.resize(next - found.data());
 }
 
-void findHits(const GeomTree* tree, const Geoms& geoms, dxGeom* geom, const PackRules& rules,
+void findHits(const GeomTree* tree, const Geoms& geoms, dxGeom* geom, const PairRules& rules,
               QueryLists& lists) {
   if (tree)
     findByTree(*tree, geoms, geom, lists);
@@ -277,7 +277,7 @@ void findHits(const GeomTree* tree, const Geoms& geoms, dxGeom* geom, const Pack
     if (i + prefetch_distance < hits.size()) prefetchState(hits[i + prefetch_distance]);
     dxGeom* const own = hits[i];
     hits[found] = own;
-    found += isHit(own, geom, rules);
+    found += rules.isHit(own, geom);
   }
   hits.resize(found);
 }

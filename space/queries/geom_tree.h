@@ -196,16 +196,16 @@ struct QueryLists {
 // `geom` is without NaN. By the tree, or without one geom by geom. Needs exactMode(); may run on
 // many threads at once. Throws std::bad_alloc.
 void findHits(const GeomTree* tree, const GeomTree::Geoms& geoms, dxGeom* geom,
-              const PackRules& rules, QueryLists& lists);
+              const PairRules& rules, QueryLists& lists);
 
 // So few geoms are tested in one pass, without lists or a tree.
 constexpr std::size_t few_geoms = 16;
 // The slots of so few that are hits: a bit each.
-inline std::uint32_t findFew(const GeomTree::Geoms& geoms, dxGeom* geom, const PackRules& rules) {
+inline std::uint32_t findFew(const GeomTree::Geoms& geoms, dxGeom* geom, const PairRules& rules) {
   const ScopedMode mode(exactMode());
   std::uint32_t hits = 0, bit = 1;
   for (dxGeom* const own : geoms) {
-    if (own && boxesOverlap(own, geom) && isHit(own, geom, rules)) hits |= bit;
+    if (own && boxesOverlap(own, geom) && rules.isHit(own, geom)) hits |= bit;
     bit <<= 1;
   }
   return hits;

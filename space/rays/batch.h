@@ -18,7 +18,7 @@ struct BatchWay {
   bool manual_cleanup;  // the threads leave no data in ODE
   bool guest;           // it changes nothing but its lists
   QueryFilter filter;
-  PackRules rules;
+  PairRules rules;
 };
 
 // What a query found: entries [first, first + count) of a thread's share.

@@ -109,7 +109,7 @@ struct Pass : BatchPass<OverlapRequest, OverlapLists> {
   __attribute__((noinline)) bool addNested(std::size_t i, const NestedTree& own, bool alone,
                                            Share& share) {
     bool all = true;
-    findHits(&own.tree, own.geoms, request.probe(i).geom, PackRules(), share.nested);
+    findHits(&own.tree, own.geoms, request.probe(i).geom, PairRules(), share.nested);
     for (std::size_t hit = 0; hit < share.nested.hits.size() && all; ++hit)
       all = add(i, share.nested.hits[hit], own.slot, alone, share);
     return all;

@@ -250,7 +250,7 @@ bool Trace::wantsScene() {
   return due && every() != 0;
 }
 
-void Trace::seeScene(const Scene& scene, const PackRules& rules) try {
+void Trace::seeScene(const Scene& scene, const PairRules& rules) try {
   if (!later_.empty() && !openNamed()) return;
   // After a fork both processes have the file; it is the first one's.
   if (process_ != processNumber()) return;

@@ -102,7 +102,7 @@ class Trace final : public SpaceObserver {
   // Counts a frame. True: it is one to be written.
   bool wantsScene() override;
   // Writes the frame. Where that fails, dMessage says so and the trace ends.
-  void seeScene(const Scene& scene, const PackRules& rules) override;
+  void seeScene(const Scene& scene, const PairRules& rules) override;
   // Writes how many pairs the frame had and the sum of their sums (trace_format::pairSum).
   bool isDue() override;
   void see(dGeomID a, dGeomID b) override;
