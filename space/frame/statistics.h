@@ -9,15 +9,19 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <memory>
 #include <mutex>
 #include <new>
+#include <string>
 #include <unordered_set>
 #include <utility>
+#include <vector>
 
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
 #include "space/geoms/space_observer.h"
+#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
@@ -163,14 +167,6 @@ struct FrameSums {
     rays_ms += other.rays_ms;
     probes_ms += other.probes_ms;
   }
-  // Calls print(queries, by, call) for a call that would do what a program asks one by one.
-  template <class Print>
-  void adviseBatches(Print print) const {
-    constexpr unsigned long long many = 64;  // fixed: a frame; smaller batches start no thread
-    const unsigned long long most = many * std::max(frames, 1ull);
-    if (ray_queries > most) print(ray_queries, "rays", "dParallelSAPSpaceRays");
-    if (geom_queries > most) print(geom_queries, "geoms", "dParallelSAPSpaceOverlaps");
-  }
   FrameTimes times() const {
     return {update_ms, extract_ms + filter_ms + narrow_ms + report_ms, total_ms};
   }
@@ -179,6 +175,34 @@ struct FrameSums {
     FrameSums average;
     if (frames) average.addFrames(*this, static_cast<double>(frames));
     return average;
+  }
+  // What is printed of them.
+  std::vector<std::string> lines() const {
+    std::vector<std::string> all;
+    const auto add = [&all](const char* format, auto... values) {
+      char text[512];
+      std::snprintf(text, sizeof text, format, values...);
+      all.emplace_back(text);
+    };
+    const FrameSums frame = average();
+    if (frames)
+      add("%llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, %.3f ms (update %.3f, "
+          "extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
+          frames, kernelSet().name, frame.geoms, frame.pairs, frame.contacts, frame.total_ms,
+          frame.update_ms, frame.extract_ms, frame.filter_ms, frame.narrow_ms, frame.report_ms);
+    if (queries || rays || probes)
+      add("dSpaceCollide2 of %llu geoms with their callbacks took %.3f ms, %llu rays took %.3f ms, "
+          "%llu probes took %.3f ms",
+          queries, queries_ms, rays, rays_ms, probes, probes_ms);
+    // A call that would do what a program asks one by one.
+    const auto advise = [&](unsigned long long count, const char* by, const char* call) {
+      constexpr unsigned long long many = 64;  // fixed: a frame; smaller batches start no thread
+      if (count > many * std::max(frames, 1ull))
+        add("%s would answer %llu dSpaceCollide2 of %s on all threads", call, count, by);
+    };
+    advise(ray_queries, "rays", "dParallelSAPSpaceRays");
+    advise(geom_queries, "geoms", "dParallelSAPSpaceOverlaps");
+    return all;
   }
 };
 

@@ -264,28 +264,11 @@ ParallelSAPSpace::~ParallelSAPSpace() {
 }
 
 void ParallelSAPSpace::printTotals(Print print) const {
-  const FrameSums sums = pipeline_.statistics.sums(), frame = sums.average();
-  const auto line = [&](const char* format, auto... values) {
-    char text[512];
-    std::snprintf(text, sizeof text, format, values...);
-    print(this, text);
-  };
-  if (sums.frames)
-    line(
-        "%llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, %.3f ms (update %.3f, "
-        "extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
-        sums.frames, kernelSet().name, frame.geoms, frame.pairs, frame.contacts, frame.total_ms,
-        frame.update_ms, frame.extract_ms, frame.filter_ms, frame.narrow_ms, frame.report_ms);
-  if (sums.queries || sums.rays || sums.probes)
-    line(
-        "dSpaceCollide2 of %llu geoms with their callbacks took %.3f ms, %llu rays took %.3f ms, "
-        "%llu probes took %.3f ms",
-        sums.queries, sums.queries_ms, sums.rays, sums.rays_ms, sums.probes, sums.probes_ms);
-  sums.adviseBatches([&](unsigned long long queries, const char* by, const char* call) {
-    line("%s would answer %llu dSpaceCollide2 of %s on all threads", call, queries, by);
-  });
+  const FrameSums sums = pipeline_.statistics.sums();
+  for (const std::string& text : sums.lines()) print(this, text.c_str());
   pipeline_.observers.forEach([&](const SpaceObserver& observer) {
-    for (const std::string& text : observer.lines(frame.times())) print(this, text.c_str());
+    for (const std::string& text : observer.lines(sums.average().times()))
+      print(this, text.c_str());
   });
 }
 

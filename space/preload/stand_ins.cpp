@@ -33,7 +33,6 @@ class StandIn;
 // The sums over spaces that are gone, and those that are not.
 struct Account {
   std::mutex mutex;
-  const Clock::time_point begin = Clock::now();
   std::unordered_set<const StandIn*> alive;
   FrameSums frames;
   Facts facts;
@@ -130,26 +129,15 @@ void report() {
   const std::lock_guard<std::mutex> lock(sums.mutex);
   for (const StandIn* const space : sums.alive) space->addTo(sums);
   sums.alive.clear();
-  const FrameSums &all = sums.frames, each = all.average();
-  std::fprintf(stderr,
-               "ode-parallel-sap: %llu dSpaceCollide of %.0f geoms with %.0f pairs and %.0f "
-               "contacts took %.3f ms each: update %.3f, extract %.3f, filter "
-               "%.3f, narrow %.3f, callbacks %.3f; dSpaceCollide2 of %llu geoms with their "
-               "callbacks took %.3f ms; %.3f s since the first space\n",
-               all.frames, each.geoms, each.pairs, each.contacts, each.total_ms, each.update_ms,
-               each.extract_ms, each.filter_ms, each.narrow_ms, each.report_ms, all.queries,
-               all.queries_ms, milliseconds(sums.begin, Clock::now()) / 1000);
+  const auto print = [](const std::string& line) {
+    std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
+  };
+  for (const std::string& line : sums.frames.lines()) print(line);
   std::fprintf(stderr,
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
                sums.precomputed.precomputed, sums.precomputed.used, sums.precomputed.contacts);
-  all.adviseBatches([](unsigned long long queries, const char* by, const char* call) {
-    std::fprintf(stderr,
-                 "ode-parallel-sap: %s would answer %llu dSpaceCollide2 of %s on all threads\n",
-                 call, queries, by);
-  });
-  for (const std::string& line : sums.facts.lines(each.times()))
-    std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
+  for (const std::string& line : sums.facts.lines(sums.frames.average().times())) print(line);
 }
 
 void noteChange(dxGeom* geom, dBodyID body) {
