@@ -1,6 +1,5 @@
 #include "space/images/ode_image.h"
 
-#include <dlfcn.h>
 #include <link.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -285,10 +284,6 @@ const char* OdeImage::loadCopy(const LoadedLibrary& original) {
   if (library_.base == original.base || !sameContents(original, library_))
     return "ODE's library is not what its file holds";
   return nullptr;
-}
-
-void* OdeImage::symbol(const char* name) const {
-  return dlsym(handle_, name);
 }
 
 // ODE does not tell where its table of colliders is, but two marks that are written into it are

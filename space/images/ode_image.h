@@ -1,6 +1,8 @@
 // A private image of ODE: the program's own libode once more, with caches and tables of its own.
 #pragma once
 
+#include <dlfcn.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -57,7 +59,7 @@ class OdeImage final : public ThreadCollider {
   int collide(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) override;
 
   // Null if there is none.
-  void* symbol(const char* name) const;
+  void* symbol(const char* name) const { return dlsym(handle_, name); }
 
  private:
   // As in ODE's collision_kernel.cpp.

@@ -176,10 +176,6 @@ inline const NestedTree* nestedAt(const NestedTrees& nested, Slot slot) {
 struct QueryFilter {
   dParallelSAPQueryFilter* function = nullptr;
   void* data = nullptr;
-
-  bool isSet() const { return function; }
-  // In the program's mode.
-  bool rejects(std::size_t query, dxGeom* geom) const { return function(data, query, geom) == 0; }
 };
 
 // What a query found, in storage that is kept between queries, so that none of them allocates.

@@ -58,9 +58,9 @@ struct BatchPass {
 
   // Whether the program's filter does.
   bool rejects(std::size_t i, dxGeom* geom) const {
-    if (!way.filter.isSet()) return false;
+    if (!way.filter.function) return false;
     const ScopedMode programs(mode);
-    return way.filter.rejects(request.first + i, geom);
+    return way.filter.function(way.filter.data, request.first + i, geom) == 0;
   }
 };
 
@@ -92,7 +92,7 @@ std::size_t runBatch(const Scene& scene, GeomTree& tree, const Request& request,
     try {
       Pass{{nullptr, nested, scene, one, alone, lists}}.run();
     } catch (const std::bad_alloc&) {
-      if (way.filter.isSet()) throw;  // perhaps the filter does
+      if (way.filter.function) throw;  // perhaps the filter does
       dDebug(0, "parallel SAP space: no memory for one query of a batch");
       continue;
     }

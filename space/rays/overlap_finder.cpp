@@ -11,7 +11,6 @@ namespace {
 
 Region finding("overlaps: probes");
 
-using Found = OverlapLists::Found;
 using Share = OverlapLists::Share;
 
 constexpr int nobody = -1;  // no thread
@@ -133,20 +132,15 @@ struct Pass : BatchPass<OverlapRequest, OverlapLists> {
     return share.found.resize(left), false;
   }
 
-  // The shares in the order of the probes.
+  // The shares' pairs in the order of the probes.
   void listAll() {
     std::size_t count = 0;
     for (const Share& share : lists.shares) count += share.found.size();
     lists.pairs.resizeDiscarding(count);
-    lists.slots.resizeDiscarding(count);
-    std::size_t place = 0;
-    for (const BatchBlock& block : lists.blocks) {
-      const Found* found = lists.shares[block.thread].found.data() + block.first;
-      for (std::uint32_t left = block.count; left > 0; --left, ++found, ++place) {
-        lists.pairs[place] = found->pair;
-        lists.slots[place] = found->slot;
-      }
-    }
+    dParallelSAPPair* next = lists.pairs.data();
+    for (const BatchBlock& block : lists.blocks)
+      for (std::uint32_t i = 0; i < block.count; ++i)
+        *next++ = lists.shares[block.thread].found[block.first + i].pair;
   }
 
   // Needs no pass: a callback may leave it by longjmp.
@@ -163,15 +157,17 @@ struct Pass : BatchPass<OverlapRequest, OverlapLists> {
     if (!request.callback) return all;
     const Reports::Open open(scene.reports);
     place = 0;
-    for (std::size_t i = 0; i < request.count; ++i)
-      for (std::size_t left = lists.blocks[i].count; left > 0; --left, ++place) {
+    for (std::size_t i = 0; i < request.count; ++i) {
+      const BatchBlock& block = lists.blocks[i];
+      for (std::uint32_t at = 0; at < block.count; ++at, ++place) {
         const NarrowPhase::Contacts contacts = lists.narrow_phase.contactsOf(place);
-        dxGeom* const geom = lists.pairs[place].o2;
-        if (contacts.count && (!scene.reports.changed() ||
-                               scene.reports.holds(scene.slots, lists.slots[place], geom)))
-          request.callback(request.data, request.first + i, geom, contacts.data,
+        const auto& [pair, slot] = lists.shares[block.thread].found[block.first + at];
+        if (contacts.count &&
+            (!scene.reports.changed() || scene.reports.holds(scene.slots, slot, pair.o2)))
+          request.callback(request.data, request.first + i, pair.o2, contacts.data,
                            static_cast<int>(contacts.count));
       }
+    }
     return all;
   }
 };

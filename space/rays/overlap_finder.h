@@ -46,10 +46,9 @@ struct OverlapLists {
   std::vector<Share> shares;       // by thread
   Buffer<BatchBlock> blocks;       // by probe
   Buffer<dParallelSAPPair> pairs;  // in the order of the report
-  Buffer<Slot> slots;              // of these
   NarrowPhase narrow_phase;
 
-  std::size_t bytes() const { return bytesOf(shares, blocks, pairs, slots, narrow_phase); }
+  std::size_t bytes() const { return bytesOf(shares, blocks, pairs, narrow_phase); }
 };
 
 // Finds the geoms that each probe's AABB overlaps, on all threads, collides these pairs by the

@@ -188,12 +188,7 @@ struct Pass : BatchPass<RayRequest, RayLists> {
     Flight flight = {ray, probe, share, alone, asked.length, block.first};
     {
       const ScopedMode exact(exactMode());
-      if (tree)
-        meetTree(flight, *tree, scene.slots, flight.share.slots[0], [](Slot slot) -> RayTarget {
-          return {slot, 0};
-        });
-      else
-        meetAll(flight);
+      tree ? meetTree(flight, nullptr) : meetAll(flight);
     }
     block.count = static_cast<std::uint32_t>(share.found.size() - block.first);
     std::sort(share.found.begin() + block.first, share.found.end(), isNearer);
@@ -208,20 +203,24 @@ struct Pass : BatchPass<RayRequest, RayLists> {
     }
   }
 
-  template <class TargetOf>
-  void meetTree(Flight& flight, const GeomTree& tree, const GeomTree::Geoms& geoms,
-                Buffer<Slot>& slots, TargetOf targetOf) const {
-    const auto meetOwn = [&](Slot slot) { meet(flight, geoms[slot], targetOf(slot)); };
+  // Of the space, or of a sub-space: there slots are as good as places.
+  __attribute__((noinline)) void meetTree(Flight& flight, const NestedTree* within) const {
+    const GeomTree& own = within ? within->tree : *tree;
+    const GeomTree::Geoms& geoms = within ? within->geoms : scene.slots;
+    Buffer<Slot>& slots = flight.share.slots[within != nullptr];
+    const auto meetOwn = [&](Slot slot) {
+      meet(flight, geoms[slot], within ? RayTarget{within->slot, slot} : RayTarget{slot, 0});
+    };
     // Those of a kind and of the next ones that its box overlaps.
     const auto meetByBox = [&](GeomTree::Kind first) {
-      tree.find(geoms, flight.probe.geom(), slots, first);
+      own.find(geoms, flight.probe.geom(), slots, first);
       for (const Slot slot : slots) meetOwn(slot);
     };
     dReal direction[3];
     flight.probe.direction(direction);
     const dReal* const origin = flight.probe.origin();
     if (!isUsualRay(origin, direction)) return meetByBox(GeomTree::bounded);
-    tree.withTrees([&](const auto& of) {
+    own.withTrees([&](const auto& of) {
       using Real = typename std::remove_reference_t<decltype(of[0])>::RealType;
       Real limit = limitFor<Real>(flight.reach);
       of[GeomTree::bounded].visitAlong(rayQuery<Real>(origin, direction), limit, [&](Slot slot) {
@@ -245,17 +244,9 @@ struct Pass : BatchPass<RayRequest, RayLists> {
     if (passesAABBTests(geom, ray)) hit(flight, geom, target);
   }
 
-  // There slots are as good as places.
-  __attribute__((noinline)) void meetNested(Flight& flight, const NestedTree& own) const {
-    meetTree(flight, own.tree, own.geoms, flight.share.slots[1], [&](Slot slot) -> RayTarget {
-      return {own.slot, slot};
-    });
-  }
-
   // As a near callback would that calls dSpaceCollide2 of the ray and the sub-space.
   void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const {
-    if (const NestedTree* const own = nestedAt(nested, target.slot))
-      return meetNested(flight, *own);
+    if (const NestedTree* const own = nestedAt(nested, target.slot)) return meetTree(flight, own);
     for (dxGeom* geom = space->first; geom; geom = geom->next) {
       if (!IS_SPACE(geom))
         meet(flight, geom, target);
