@@ -18,8 +18,7 @@ PairCache::Kept PairCache::begin(bool may_keep, const GeomTree::Geoms& geoms,
                                  const PairRules& rules, int threads, SharedPart<GeomTree>& tree,
                                  GeomUpdate& geom_update, dParallelSAPStats& stats) {
   Kept kept;
-  kept.all_reported = state_ == reported;
-  const bool is_known = may_keep && state_ >= complete && rules == rules_;
+  const bool is_known = may_keep && state_ == complete && rules == rules_;
   rules_ = rules;
   state_ = unfinished;
   kept.any = is_known && keep(geoms, threads, tree, geom_update, stats, kept);

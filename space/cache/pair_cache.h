@@ -32,14 +32,13 @@ class PairCache {
   // Any of the geoms may be such a one.
   void noteAll() { all_may_have_changed_ = true; }
   // The slots that changed since the last frame; null where that is not known.
-  const SlotSet* changed() const { return state_ >= complete ? &changed_ : nullptr; }
+  const SlotSet* changed() const { return state_ == complete ? &changed_ : nullptr; }
 
   // What a frame keeps of the last one.
   struct Kept {
-    bool any = false;           // its boxes, which are up to date, and its pairs, for renew()
-    bool all_reported = false;  // that frame reported all its pairs
-    std::size_t changes = 0;    // slots
-    GeomTree* tree = nullptr;   // up to date, if there are changes
+    bool any = false;          // its boxes, which are up to date, and its pairs, for renew()
+    std::size_t changes = 0;   // slots
+    GeomTree* tree = nullptr;  // up to date, if there are changes
     GeomUpdate::Unannounced unannounced;  // changes against dParallelSAPSpaceSetNotified's promise
 
     bool isSame() const { return any && changes == 0; }
@@ -54,9 +53,9 @@ class PairCache {
   // number of threads used.
   int renew(const Kept& kept, const GeomTree::Geoms& geoms, const GeomUpdate& geom_update,
             const PairTest& test, int threads, PairList& pairs, dParallelSAPStats& stats);
-  // The frame comes to its report, of all pairs or of others.
-  void end(bool reports_all) {
-    if (state_ != off) state_ = reports_all ? reported : complete;
+  // The frame comes to its report.
+  void end() {
+    if (state_ != off) state_ = complete;
   }
   // Nothing is kept, and no change noted, until the next start().
   void stop() { state_ = off; }
@@ -74,8 +73,7 @@ class PairCache {
   enum State {
     off,         // nothing is known, and changes are not noted
     unfinished,  // a frame runs, or did not reach its end
-    complete,    // the last frame's boxes and pairs are known
-    reported     // likewise, and it reported all these pairs
+    complete     // the last frame's boxes and pairs are known
   };
 
   State state_ = off;

@@ -81,10 +81,10 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
 
   // Memory does not end after this one.
   const PairList& pairs = select(frame);
-  updateEvents(frame, pairs, kept.isSame() && kept.all_reported && &pairs == &candidates);
+  updateEvents(frame, pairs, kept.isSame() && &pairs == &candidates);
   frame.begin(nullptr);
   stats.pairs = pairs.size();
-  cache.end(/*reports_all=*/&pairs == &candidates);
+  cache.end();
   statistics.note(stats);
   if constexpr (validates) {
     update.validate(call.geoms());

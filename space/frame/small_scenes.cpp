@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "space/base/mechanisms.h"
+#include "space/base/round_to_floats.h"
 #include "space/frame/frame.h"
 #include "space/geoms/pair_rule.h"
 #include "space/geoms/scene.h"
@@ -98,7 +99,8 @@ __attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallLists& lists,
     ++counts.invalid;
     return false;
   }
-  if (isUnbounded(geom)) ++lists.unbounded;
+  Box box;
+  lists.unbounded += (roundToFloats(geom->aabb, box) & unbounded_bounds) != 0;
   if (isUserClass(geom)) lists.user_classes = true;
   return true;
 }

@@ -6,6 +6,7 @@
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
+#include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"
 #include "space/geoms/geom_tests.h"
 #include "space/pairs/cell_order.h"
@@ -229,11 +230,13 @@ dParallelSAPStats updateWithoutMemory(const Scene& scene) {
   counts.geoms = static_cast<unsigned>(scene.count);
   counts.moved = cleanOneByOne(scene.first).moved;
   scene.noteClean();
+  const ScopedMode mode(exactMode());
   for (const dxGeom* geom = scene.first; geom; geom = geom->next) {
-    const bool invalid = isEnabled(geom) && hasNaN(geom);
+    Box box;
+    const BoundsFacts facts = isEnabled(geom) ? roundToFloats(geom->aabb, box) : 0;
     counts.disabled += !isEnabled(geom);
-    counts.invalid += invalid;
-    counts.unbounded += isEnabled(geom) && !invalid && isUnbounded(geom);
+    counts.invalid += (facts & nan_bounds) != 0;
+    counts.unbounded += (facts & unbounded_bounds) && !(facts & nan_bounds);
   }
   return statsOf(counts);
 }

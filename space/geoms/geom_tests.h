@@ -84,17 +84,6 @@ inline bool hasNaN(const dxGeom* geom) {
   return nan;
 }
 
-// Whether a bound is infinite, or a lower one above its upper one.
-inline bool isUnbounded(const dxGeom* geom) {
-  constexpr dReal most = std::numeric_limits<dReal>::max();
-  const dReal* const bounds = geom->aabb;
-  bool unbounded = false;
-  for (int axis = 0; axis < 3; ++axis)
-    unbounded = unbounded || bounds[2 * axis] > bounds[2 * axis + 1] ||
-                std::fabs(bounds[2 * axis]) > most || std::fabs(bounds[2 * axis + 1]) > most;
-  return unbounded;
-}
-
 // False for NaN and unbounded geoms and for extents beyond the type: few instructions for the many.
 // Needs exactMode(): the differences may overflow, which is no business of a program that traps it.
 inline bool isPlain(const dxGeom* geom) {

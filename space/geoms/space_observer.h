@@ -1,6 +1,7 @@
 // Add-ons that observe a space.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -39,32 +40,28 @@ class SpaceObserver {
 
  private:
   friend class SpaceObservers;
-  std::unique_ptr<SpaceObserver> next_;
   bool is_due_ = false;  // it sees the pairs of the frame that runs
 };
 
 // All those of a space.
 class SpaceObservers {
  public:
-  void add(std::unique_ptr<SpaceObserver> observer) {
-    observer->next_ = std::move(first_);
-    first_ = std::move(observer);
-  }
+  void add(std::unique_ptr<SpaceObserver> observer) { all_.push_back(std::move(observer)); }
   // The one of this class, or null; and its end.
   template <class Observer>
   Observer* find() const {
-    for (SpaceObserver* each = first_.get(); each; each = each->next_.get())
-      if (auto* const own = dynamic_cast<Observer*>(each)) return own;
+    for (const auto& each : all_)
+      if (auto* const own = dynamic_cast<Observer*>(each.get())) return own;
     return nullptr;
   }
   void remove(const SpaceObserver* observer) {
-    for (auto* each = &first_; *each; each = &(*each)->next_)
-      if (each->get() == observer) return void(*each = std::move((*each)->next_));
+    const auto isIt = [=](const auto& each) { return each.get() == observer; };
+    all_.erase(std::remove_if(all_.begin(), all_.end(), isIt), all_.end());
   }
 
   template <class See>
   void forEach(See see) const {
-    for (SpaceObserver* each = first_.get(); each; each = each->next_.get()) see(*each);
+    for (const auto& each : all_) see(*each);
   }
   bool isDue() {
     bool any = false;
@@ -83,7 +80,7 @@ class SpaceObservers {
   }
 
  private:
-  std::unique_ptr<SpaceObserver> first_;  // each has the next one
+  std::vector<std::unique_ptr<SpaceObserver>> all_;
 };
 
 }  // namespace ode_parallel_sap
