@@ -13,12 +13,6 @@ namespace {
 
 Region noting("touch events: places");
 
-std::size_t powerOfTwoFrom(std::size_t least) {
-  std::size_t size = 1;
-  while (size < least) size *= 2;
-  return size;
-}
-
 // fixed: any odd number with bits all over
 std::size_t hashOf(std::uintptr_t bits) {
   const std::uint64_t hash = (bits >> 4) * 0x9e3779b97f4a7c15u;
@@ -162,7 +156,9 @@ std::uint32_t& TouchEvents::entryOf(const dxGeom* o1, const dxGeom* o2) {
     }
   };
   if (table_.size() == 0) {
-    table_.resizeDiscarding(powerOfTwoFrom(last + next_within_.size() + 1));
+    std::size_t size = 1;
+    while (size <= last + next_within_.size()) size *= 2;
+    table_.resizeDiscarding(size);
     std::fill(table_.begin(), table_.end(), 0);
     for (std::uint32_t i = 0; i < last; ++i) find(within_[i].o1, within_[i].o2) = i + 1;
   }
@@ -175,12 +171,13 @@ std::size_t TouchEvents::findEnded(const Buffer<dxGeom*>& geoms, const PairRules
   std::size_t ended = static_cast<std::size_t>(
       std::count_if(within_.begin(), within_.end(), [](const Within& t) { return !t.lasts; }));
   if (ended == 0) return 0;
-  left_.resizeDiscarding(powerOfTwoFrom(4 * ended));
-  std::fill(left_.begin(), left_.end(), 0);
+  left_.resizeDiscarding(0);
   for (const Within& touch : within_)
     if (!touch.lasts)
       for (const dxGeom* const geom : {touch.o1, touch.o2})
-        leftOf(geom) = reinterpret_cast<std::uintptr_t>(geom);
+        left_.push_back(reinterpret_cast<std::uintptr_t>(geom));
+  std::sort(left_.begin(), left_.end());
+  left_.resize(std::unique(left_.begin(), left_.end()) - left_.begin());
   for (dxGeom* const geom : geoms)
     if (geom) markPresent(geom);
   for (Within& touch : within_) {
@@ -198,18 +195,15 @@ void TouchEvents::markPresent(dxGeom* geom) {
   if (IS_SPACE(geom)) {
     for (dxGeom* own = static_cast<dxSpace*>(geom)->first; own; own = own->next) markPresent(own);
   } else if (geom->gflags & touching_) {
-    std::uintptr_t& left = leftOf(geom);
-    left |= left ? present : 0;
+    if (std::uintptr_t* const left = findLeft(geom)) *left |= present;
   }
 }
 
-// Where a geom is in left_, or would be.
-std::uintptr_t& TouchEvents::leftOf(const dxGeom* geom) {
+// Where a geom is in left_, or null.
+std::uintptr_t* TouchEvents::findLeft(const dxGeom* geom) {
   const std::uintptr_t bits = reinterpret_cast<std::uintptr_t>(geom);
-  for (std::size_t at = hashOf(bits);; ++at) {
-    std::uintptr_t& left = left_[at & (left_.size() - 1)];
-    if (left == 0 || (left & ~present) == bits) return left;
-  }
+  std::uintptr_t* const left = std::lower_bound(left_.begin(), left_.end(), bits);
+  return left < left_.end() && (*left & ~present) == bits ? left : nullptr;
 }
 
 // There is room for all events and numbers.

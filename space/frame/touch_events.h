@@ -65,8 +65,8 @@ class TouchEvents {
   std::uint32_t& entryOf(const dxGeom* o1, const dxGeom* o2);
   std::size_t findEnded(const Buffer<dxGeom*>& geoms, const PairRules& rules);
   void markPresent(dxGeom* geom);
-  std::uintptr_t& leftOf(const dxGeom* geom);
-  dxGeom* ifPresent(dxGeom* geom) { return leftOf(geom) & present ? geom : nullptr; }
+  std::uintptr_t* findLeft(const dxGeom* geom);
+  dxGeom* ifPresent(dxGeom* geom) { return *findLeft(geom) & present ? geom : nullptr; }
   void writeOwn(const Buffer<dxGeom*>& geoms, PairEvents& pairs, int threads);
   void writeWithin(PairNumbers& pool);
   static void giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all);
@@ -79,7 +79,7 @@ class TouchEvents {
   bool outlive_ = false;                 // any of within_
   Buffer<std::uint32_t> table_;          // of touches within, by their geoms
   int touching_ = 0;                     // the bit of this space
-  // Addresses of geoms whose touches ended, by their hash; with the bit if they are in the space.
+  // Addresses of geoms whose touches ended, ascending; with the bit if they are in the space.
   static constexpr std::uintptr_t present = 1;
   Buffer<std::uintptr_t> left_;
   bool no_contacts_ = false;
