@@ -78,8 +78,7 @@ void Edits::track(const Geoms& geoms, Slot slot, Change change) {
     if (tracked.scan == 0) scan(slot, static_cast<dxSpace*>(geoms[slot]), tracked);
     change(tracked);
   } catch (const std::bad_alloc&) {
-    forgetAll();
-    lost_ = true;
+    forgetAll(/*for_want_of_memory=*/true);
   }
 }
 
@@ -144,8 +143,7 @@ void Edits::updateAll(const Geoms& geoms) try {
     each = space ? std::next(each) : tracked.erase(each);
   }
 } catch (const std::bad_alloc&) {
-  forgetAll();
-  lost_ = true;
+  forgetAll(/*for_want_of_memory=*/true);
 }
 
 bool Edits::holds(const Geoms& geoms, Slot slot, const dxGeom* geom, std::uint64_t begin) {
@@ -158,18 +156,12 @@ bool Edits::holds(const Geoms& geoms, Slot slot, const dxGeom* geom, std::uint64
   try {
     if (!isFresh(tracked->second)) scan(slot, space, tracked->second);
   } catch (const std::bad_alloc&) {
-    forgetAll();
-    lost_ = true;
+    forgetAll(/*for_want_of_memory=*/true);
     return isIn(space, geom);
   }
   const auto known = tables_->known.find(geom);
   return known != tables_->known.end() && known->second.slot == slot &&
          known->second.scan == tracked->second.scan && known->second.came < begin;
-}
-
-void Edits::forgetAll() {
-  tables_.reset();
-  lost_ = false;
 }
 
 }  // namespace ode_parallel_sap

@@ -186,7 +186,10 @@ class Edits {
   void scanWithin(Slot slot, dxSpace* space, Tracked& tracked, std::uint64_t came);
   void updateAll(const Geoms& geoms);
   void forget(const dxGeom* geom);
-  void forgetAll();
+  void forgetAll(bool for_want_of_memory = false) {
+    tables_.reset();
+    lost_ = for_want_of_memory;
+  }
 
   std::uint64_t now_ = 0;  // the last call that began
   std::uint64_t last_change_ = 0;
