@@ -65,8 +65,7 @@ struct Result {
   int steps = 0;             // all whose outcome was finite
 };
 
-// The part of its steps that is made is `length`.
-Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, double length = 1);
+Result play(const Extreme& extreme, Pairing pairing, const Setting& setting);
 
 // Whether two runs are the same, bit for bit, as far as they went.
 bool same(const Result& a, const Result& b);

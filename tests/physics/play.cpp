@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 
 #include "extreme.h"
@@ -48,8 +47,8 @@ void raise(double& most, double value) {
 
 }  // namespace
 
-Result play(const Extreme& whole, Pairing pairing, const Setting& setting, double part) {
-  const int steps = std::max(1, static_cast<int>(whole.steps * part));
+Result play(const Extreme& whole, Pairing pairing, const Setting& setting) {
+  const int steps = whole.steps;
   Stage stage(pairing, setting, whole.step, whole.gravity);
   stage.add(whole.things);
   if (whole.build) whole.build(stage);
