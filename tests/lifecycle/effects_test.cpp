@@ -174,37 +174,28 @@ int lookAndPass(dGeomID, dGeomID, dReal*) {
   return 1;
 }
 
+// A callback of any kind.
+template <class... Report>
+void report(void*, Report...) {
+  witness->reporting = true;
+}
+
 const struct {
   const char* name;
   void (*make)(dSpaceID space, dGeomID probe);
 } kReportingCalls[] = {
-    {"dSpaceCollide",
-     [](dSpaceID space, dGeomID) {
-       dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { witness->reporting = true; });
-     }},
+    {"dSpaceCollide", [](dSpaceID space, dGeomID) { dSpaceCollide(space, nullptr, report); }},
     {"dSpaceCollide2",
-     [](dSpaceID space, dGeomID probe) {
-       dSpaceCollide2(asGeom(space), probe, nullptr,
-                      [](void*, dGeomID, dGeomID) { witness->reporting = true; });
-     }},
+     [](dSpaceID space, dGeomID probe) { dSpaceCollide2(asGeom(space), probe, nullptr, report); }},
     {"dParallelSAPSpaceCollidePairs",
-     [](dSpaceID space, dGeomID) {
-       const auto report = [](void*, const dParallelSAPPair*, std::size_t, std::size_t) {
-         witness->reporting = true;
-       };
-       dParallelSAPSpaceCollidePairs(space, nullptr, 0, report);
-     }},
+     [](dSpaceID space, dGeomID) { dParallelSAPSpaceCollidePairs(space, nullptr, 0, report); }},
     {"dParallelSAPSpaceCollidePairs, concurrent",
      [](dSpaceID space, dGeomID) {
-       const auto report = [](void*, const dParallelSAPPair*, std::size_t, std::size_t) {
-         witness->reporting = true;
-       };
        dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, report);
      }},
     {"dParallelSAPSpaceCollideContacts",
      [](dSpaceID space, dGeomID) {
-       const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(
-           [](void*, dGeomID, dGeomID, const dContactGeom*, int) { witness->reporting = true; });
+       const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(report);
        dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
      }},
     {"dParallelSAPSpaceOverlaps",
@@ -215,19 +206,14 @@ const struct {
        probes.push_back({probe, nullptr, 0});
        dGeomSetPosition(probe, 0, 0, 0);  // its AABB is asked for
        dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], 1, nullptr,
-                                 [](void*, std::size_t, dGeomID, const dContactGeom*, int) {
-                                   witness->reporting = true;
-                                 });
+                                 report);
      }},
     {"dParallelSAPSpaceRayHits",
      [](dSpaceID space, dGeomID) {
        // At the middle of a box.
        const dReal* const at = dGeomGetPosition(dSpaceGetGeom(space, 0));
        const Rays rays(300, rayOf({at[0] - 50, at[1], at[2]}, {1, 0, 0}, 1e3));
-       dParallelSAPSpaceRayHits(space, rays.data(), rays.size(), 0, nullptr,
-                                [](void*, std::size_t, const dParallelSAPRayHit*, std::size_t) {
-                                  witness->reporting = true;
-                                });
+       dParallelSAPSpaceRayHits(space, rays.data(), rays.size(), 0, nullptr, report);
      }},
 };
 

@@ -67,7 +67,8 @@ struct Nest {
   int left;
 };
 
-void again(void* data, dGeomID = nullptr, dGeomID = nullptr) {
+template <class... Ignored>
+void again(void* data, Ignored...) {
   Nest& nest = *static_cast<Nest*>(data);
   if (nest.left-- > 0) nest.way.collide(nest.space, data);
 }
@@ -76,18 +77,11 @@ const Way kWays[] = {
     {"dSpaceCollide", [](dSpaceID space, void* data) { dSpaceCollide(space, data, again); },
      24 << 10},
     {"pairs",
-     [](dSpaceID space, void* data) {
-       dParallelSAPSpaceCollidePairs(
-           space, data, 0,
-           [](void* own, const dParallelSAPPair*, std::size_t, std::size_t) { again(own); });
-     },
+     [](dSpaceID space, void* data) { dParallelSAPSpaceCollidePairs(space, data, 0, again); },
      24 << 10},
     {"contacts",
      [](dSpaceID space, void* data) {
-       dParallelSAPContactCallbacks callbacks = {};
-       callbacks.contacts = [](void* own, dGeomID, dGeomID, const dContactGeom*, int) {
-         again(own);
-       };
+       const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(again);
        dParallelSAPSpaceCollideContacts(space, data, 1, &callbacks);
      },
      32 << 10}};
