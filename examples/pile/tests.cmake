@@ -87,10 +87,7 @@ find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)  # the system's: it
 if(ODE_PARALLEL_SAP_PYTHON)
   add_test(NAME examples.pile.options COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/pile_test.py"
                                               $<TARGET_FILE:pile>)
-  # The study of the whole step, which README's first figure is drawn from.
-  add_test(NAME examples.pile.step COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${PROJECT_SOURCE_DIR}/tests/bench/step_test.py"
-                                           $<TARGET_FILE:pile>)
-  set_tests_properties(examples.pile.options examples.pile.step PROPERTIES LABELS examples TIMEOUT 300)
+  set_tests_properties(examples.pile.options PROPERTIES LABELS examples TIMEOUT 300)
 else()
   add_test(NAME examples.pile.options COMMAND ${CMAKE_COMMAND} -E echo "Skipped: needs Debian's python3")
   set_tests_properties(examples.pile.options PROPERTIES LABELS examples SKIP_REGULAR_EXPRESSION Skipped)

@@ -46,11 +46,11 @@ def machine():
 
 def frames_of(options, bodies, space):
     """The rows of a run of pile; a text where there are none."""
-    settle, steps = STEPS.get(bodies, (150, 10))
+    settle, steps = STEPS[bodies]
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "frames.csv")
-        command = [options.pile, "--bodies", str(bodies), "--steps", str((options.steps or steps) + DROPPED),
-                   "--settle", str(options.settle or settle), "--csv", file]
+        command = [options.pile, "--bodies", str(bodies), "--steps", str(steps + DROPPED), "--settle", str(settle),
+                   "--csv", file]
         try:
             status = subprocess.run(command + SPACES[space], stdout=subprocess.DEVNULL, timeout=options.limit).returncode
         except subprocess.TimeoutExpired:
@@ -77,9 +77,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pile", required=True, help="the program")
     parser.add_argument("--out", required=True, help="the CSV file")
-    parser.add_argument("--bodies", type=int, nargs="+", default=list(STEPS))
-    parser.add_argument("--settle", type=int, help="steps before those that are measured, instead of as many")
-    parser.add_argument("--steps", type=int, help="steps that are measured, instead of as many as the size has")
+    parser.add_argument("--bodies", type=int, nargs="+", choices=STEPS, default=list(STEPS))
     parser.add_argument("--turns", type=int, default=5, help="runs of each space")
     parser.add_argument("--limit", type=float, default=90, help="seconds that a run may take")
     options = parser.parse_args()
