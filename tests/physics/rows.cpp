@@ -1,4 +1,4 @@
-// Plays the scenes, in the precision of the ODE that it is built with; extremes.py calls it:
+// Plays the scenes, in the precision of the ODE that it is built with:
 //
 //     physics-rows list             the names of all scenes but machines
 //     physics-rows row NAME         one extreme, as two lines of CSV: names and values

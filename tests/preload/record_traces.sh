@@ -32,7 +32,6 @@ record() {
   "$replay" "$trace" --threads "1,$(nproc)" --spaces hash,sap --turns "${TURNS:-5}" --csv "$folder/table.csv" >/dev/null
   tail -n +2 "$folder/table.csv" | sed "s/^/$program,${frames:?},${geoms:?},/; s/\$/,$machine/" >>"$csv"
   if [ -x "$benchmark" ]; then
-    # Not fcl-sap, which crashes on the infinite boxes of planes.
     "$benchmark" "--trace=$trace" --scenes=trace --threads=1 --csv="$folder/peers.csv" --peers="$peer_names" >/dev/null 2>&1
     [ -e "$peers" ] || head -n 1 "$folder/peers.csv" | sed 's/^/program,/' >"$peers"
     tail -n +2 "$folder/peers.csv" | sed "s/^/$program,/" >>"$peers"
