@@ -1,5 +1,7 @@
 #include "player.h"
 
+#include <ode_parallel_sap/parallel_sap_space.h>
+
 #include <cstdlib>
 #include <fstream>
 
@@ -212,6 +214,24 @@ Player::Part& Player::partOf(std::uint32_t number) {
 
 void Player::fail(const std::string& what) const {
   throw BadTrace(recording_.name + ": frame " + std::to_string(shown_ + 1) + ": " + what);
+}
+
+void setAsTraced(dSpaceID space, const Frame& frame) {
+  const auto has = [&](format::Rules rule) { return (frame.rules & rule) != 0; };
+  dParallelSAPSpaceSetSkipStatic(space, has(format::skip_static));
+  dParallelSAPSpaceSetSkipAsleep(space, has(format::skip_asleep));
+  dParallelSAPSpaceSetCullPlanes(space, has(format::cull_planes));
+  constexpr double most = 1e30;  // fixed: finite in both precisions
+  const double tolerance = frame.tolerance >= 0 && frame.tolerance <= most ? frame.tolerance : 0;
+  dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(tolerance));
+}
+
+PairTotals collide(dSpaceID space) {
+  PairTotals totals;
+  dSpaceCollide(space, &totals, [](void* data, dGeomID a, dGeomID b) {
+    static_cast<PairTotals*>(data)->add(Player::numberOf(a), Player::numberOf(b));
+  });
+  return totals;
 }
 
 }  // namespace trace

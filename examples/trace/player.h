@@ -80,4 +80,9 @@ class Player {
   std::size_t shown_;  // as many as there are frames: none
 };
 
+// What the program had set in this frame.
+void setAsTraced(dSpaceID space, const Frame& frame);
+// The pairs of a space of a player's geoms.
+PairTotals collide(dSpaceID space);
+
 }  // namespace trace

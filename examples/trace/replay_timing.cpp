@@ -111,14 +111,4 @@ Timing measure(const Recording& recording, const Setting& setting) {
   }
 }
 
-void setAsTraced(dSpaceID space, const Frame& frame) {
-  const auto has = [&](format::Rules rule) { return (frame.rules & rule) != 0; };
-  dParallelSAPSpaceSetSkipStatic(space, has(format::skip_static));
-  dParallelSAPSpaceSetSkipAsleep(space, has(format::skip_asleep));
-  dParallelSAPSpaceSetCullPlanes(space, has(format::cull_planes));
-  constexpr double most = 1e30;  // fixed: finite in both precisions
-  const double tolerance = frame.tolerance >= 0 && frame.tolerance <= most ? frame.tolerance : 0;
-  dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(tolerance));
-}
-
 }  // namespace trace

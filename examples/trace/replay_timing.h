@@ -34,7 +34,4 @@ struct Timing {
 // which all are new. Throws BadTrace, or std::runtime_error where there is no GPU.
 Timing measure(const Recording& recording, const Setting& setting);
 
-// What the program had set in this frame.
-void setAsTraced(dSpaceID space, const Frame& frame);
-
 }  // namespace trace

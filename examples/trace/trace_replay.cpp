@@ -34,11 +34,6 @@ struct Row {
   trace::Timing timing;
 };
 
-void takePair(void* totals, dGeomID a, dGeomID b) {
-  static_cast<trace::PairTotals*>(totals)->add(trace::Player::numberOf(a),
-                                               trace::Player::numberOf(b));
-}
-
 const char* classOf(const trace::Geom& geom) {
   static const char* const names[] = {"sphere",  "box",        "capsule",     "cylinder",
                                       "plane",   "ray",        "convex hull", "geom transform",
@@ -79,8 +74,7 @@ bool check(const trace::Recording& recording) {
     for (std::size_t i = 0; i < recording.frames.size(); ++i) {
       const trace::Frame& frame = player.advance();
       trace::setAsTraced(space, frame);
-      trace::PairTotals found;
-      dSpaceCollide(space, &found, takePair);
+      const trace::PairTotals found = trace::collide(space);
       if (!frame.pairs) {
         ++unknown;
       } else if (found == *frame.pairs) {

@@ -77,12 +77,6 @@ std::string contentsOf(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-void applyRules(dSpaceID space, const trace::Frame& frame) {
-  dParallelSAPSpaceSetSkipStatic(space, (frame.rules & trace::format::skip_static) != 0);
-  dParallelSAPSpaceSetSkipAsleep(space, (frame.rules & trace::format::skip_asleep) != 0);
-  dParallelSAPSpaceSetCullPlanes(space, (frame.rules & trace::format::cull_planes) != 0);
-}
-
 // Pairs by the places of their geoms in the space, which are those of the order of the report.
 Pairs pairsByPlace(dSpaceID space) {
   std::map<dGeomID, std::size_t> places;
@@ -95,15 +89,6 @@ Pairs pairsByPlace(dSpaceID space) {
   Pairs pairs;
   for (const auto& [a, b] : found) pairs.emplace_back(places.at(a), places.at(b));
   return pairs;
-}
-
-trace::PairTotals totalsOf(dSpaceID space) {
-  trace::PairTotals totals;
-  dSpaceCollide(space, &totals, [](void* data, dGeomID a, dGeomID b) {
-    static_cast<trace::PairTotals*>(data)->add(trace::Player::numberOf(a),
-                                               trace::Player::numberOf(b));
-  });
-  return totals;
 }
 
 // A program without user classes that test or change by themselves, of which no trace tells.
@@ -151,14 +136,14 @@ void checkReplay(const std::string& path, const std::vector<Pairs>& expected, in
     for (int turn = 0; turn < 2; ++turn)
       for (std::size_t i = 0; i < expected.size(); ++i) {
         const trace::Frame& frame = player.advance();
-        applyRules(space, frame);
+        trace::setAsTraced(space, frame);
         INFO("turn " << turn << ", frame " << i);
         CHECK(player.otherBounds().empty());
         REQUIRE(frame.collide == 1 + i * static_cast<std::size_t>(every));
         REQUIRE(difference(pairsByPlace(space), expected[i]) == "");
         REQUIRE(frame.pairs.has_value());
         REQUIRE(frame.pairs->count == expected[i].size());
-        REQUIRE((totalsOf(space) == *frame.pairs));
+        REQUIRE((trace::collide(space) == *frame.pairs));
       }
   }
   REQUIRE(dSpaceGetNumGeoms(space) == 0);
@@ -191,8 +176,8 @@ bool isTaken(const std::string& contents) {
     const Space space;
     trace::Player player(recording, space);
     for (std::size_t i = 0; i < recording.frames.size(); ++i) {
-      applyRules(space, player.advance());
-      totalsOf(space);
+      trace::setAsTraced(space, player.advance());
+      trace::collide(space);
     }
     return true;
   } catch (const trace::BadTrace& refused) {
