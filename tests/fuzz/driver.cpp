@@ -40,13 +40,19 @@ Driver::Driver(Decisions& decisions, std::size_t most_geoms, const Configuration
 }
 
 Driver::~Driver() {
+  static auto& kept = *new std::vector<std::vector<Object>>;
+  if (!locked_.empty()) {
+    kept.push_back(std::move(objects_));
+    spaces_.clear();
+    alive_.clear();
+  }
   while (!spaces_.empty()) {
     int root = spaces_[0];
     while (objects_[root].parent != kNone) root = objects_[root].parent;
     destroy(root);
   }
   while (!alive_.empty()) destroy(alive_.back());
-  dWorldDestroy(world_);
+  if (locked_.empty()) dWorldDestroy(world_);
   dSetMessageHandler(messages_);
   dSetDebugHandler(debugs_);
   dSetErrorHandler(errors_);

@@ -6,6 +6,7 @@
 
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../support/configurations.h"
@@ -50,6 +51,11 @@ class Driver {
   unsigned long candidatesKept() const { return candidates_kept_; }
   unsigned long touches() const { return touches_; }  // followed by the oracle
 
+  // Calls of spaces, whose callbacks edit the world, call, and throw. With `jumps` they are left by
+  // longjmp, too. ODE lets go of no such space, so its geoms stay to the end of the program, and
+  // nothing but such calls may follow.
+  void playEditedCalls(Random& random, int calls, bool jumps);
+
   // The first space, for tests that collide it by themselves.
   dSpaceID space() const { return spaceOf(0); }
   // Its geoms in the order of adding.
@@ -64,6 +70,7 @@ class Driver {
 
  private:
   static constexpr int kNone = -1;
+  static constexpr std::size_t kMostSpaces = 8;
   enum Setting : std::size_t {
     kSkipStatic = 4,
     kSkipAsleep,
@@ -85,14 +92,17 @@ class Driver {
     std::vector<int> members;  // in the order of adding
     std::size_t stay = 0;      // the number of the call since which spaces know it as the same
     bool left_stock = false;   // the last space that it left tells nobody of that
+    std::vector<std::pair<unsigned long, int>> left;  // when, and which space
   };
 
   // Objects, in driver_objects.cpp.
   void createOne();
   void createSpace();
+  int createSpace(bool ours, int parent);
   int createLeaf(Kind kind, Random& random);
   int createBody(int at_object);
   void add(int object, int space);
+  void leave(int object);
   void remove(int object);
   void addAgain(int object);
   void destroy(int object);
@@ -160,6 +170,8 @@ class Driver {
   bool boxesAreWhole(int space) const;
   void checkList(int space);
   Pairs soundOf(const Pairs& pairs) const;
+  // What a geom must be to be asked about: ODE looks at nothing else of it.
+  static bool mayProbe(dGeomID geom);
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();
 
@@ -173,7 +185,8 @@ class Driver {
   Pairs owedPairs(int space) const;
   void checkEvents(int space, const Pairs& got, EventsOracle& oracle);
 
-  // Callbacks that edit a world of their own, in driver_collides.cpp.
+  // Callbacks that edit the world, in driver_editing.cpp.
+  class Editing;
   void collideEditing();
 
   // Pairs in bulk, in driver_bulk.cpp.
@@ -218,6 +231,8 @@ class Driver {
   unsigned long collides_ = 0, changes_ = 0, calls_ = 0, trembling_ = 0, candidates_kept_ = 0,
                 touches_ = 0;
   std::size_t additions_ = 0;
+  unsigned long time_ = 0;   // in calls, and geoms that have left spaces
+  std::vector<int> locked_;  // spaces that were left by longjmp
 };
 
 }  // namespace sap_test

@@ -4,7 +4,6 @@
 #include "../support/oracle.h"
 #include "../support/rules_oracle.h"
 #include "driver.h"
-#include "edited_calls.h"
 
 namespace sap_test {
 namespace {
@@ -45,14 +44,13 @@ struct TakenApart {
   }
 };
 
-// What a geom must be to be asked about: ODE looks at nothing else of it.
-bool mayProbe(dGeomID geom) {
+}  // namespace
+
+bool Driver::mayProbe(dGeomID geom) {
   const Bounds bounds = boundsOf(geom);
   return holdsGeom(geom) &&
          std::none_of(bounds.begin(), bounds.end(), [](dReal b) { return b != b; });
 }
-
-}  // namespace
 
 // The mode in which the program runs for a while.
 unsigned Driver::mode() {
@@ -343,16 +341,6 @@ void Driver::collideWithGeom() {
     if (random.chance(0.3)) changeUnasked(object, 0, random);
   log("collide2 " + std::to_string(first) + ", " + std::to_string(second));
   compareTwo(first, second);
-}
-
-void Driver::collideEditing() {
-  const std::size_t geoms[] = {6, 20, 60, 130, 250};
-  const std::size_t count = std::min(geoms[decisions_.below(std::size(geoms))], most_geoms_);
-  Random random = decisions_.random();
-  log("calls with edits in a world of " + std::to_string(count));
-  const std::string problem = playEditedCalls(random, configuration_, count, 4, false);
-  if (!problem.empty()) fail(problem);
-  ++collides_;
 }
 
 // Many geoms against one space, which changes a little between some of them.

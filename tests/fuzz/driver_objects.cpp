@@ -13,8 +13,6 @@
 namespace sap_test {
 namespace {
 
-constexpr std::size_t kMostSpaces = 8;
-
 // On the calling thread alone.
 int vetoes(dGeomID self, dGeomID other, dReal[6]) {
   static const std::thread::id caller = std::this_thread::get_id();
@@ -89,13 +87,19 @@ void Driver::add(int object, int space) {
   if (!objects_[space].ours) markMoved(object);
 }
 
-void Driver::remove(int object) {
+void Driver::leave(int object) {
   Object& o = objects_[object];
-  dSpaceRemove(spaceOf(o.parent), o.geom);
+  if (o.parent == kNone) return;
   std::vector<int>& members = objects_[o.parent].members;
   members.erase(std::find(members.begin(), members.end(), object));
   o.left_stock = !objects_[o.parent].ours;
+  o.left.emplace_back(++time_, o.parent);
   o.parent = kNone;
+}
+
+void Driver::remove(int object) {
+  dSpaceRemove(spaceOf(objects_[object].parent), objects_[object].geom);
+  leave(object);
 }
 
 void Driver::addAgain(int object) {
@@ -124,27 +128,19 @@ void Driver::markMoved(int object) {
 }
 
 void Driver::forget(int object) {
+  leave(object);
   Object& o = objects_[object];
   o.geom = nullptr;
   std::vector<int>& list = o.kind == kSpace ? spaces_ : alive_;
   list.erase(std::find(list.begin(), list.end(), object));
-  const std::vector<int> members = std::move(o.members);
-  const bool with_members = o.cleans_up;
-  for (const int member : members) {
-    objects_[member].parent = kNone;
-    objects_[member].left_stock = !o.ours;
-    if (with_members) forget(member);
-  }
+  const std::vector<int> members = o.members;
+  for (const int member : members) o.cleans_up ? forget(member) : leave(member);
 }
 
 void Driver::destroy(int object) {
-  Object& o = objects_[object];
-  if (o.parent != kNone) {
-    std::vector<int>& members = objects_[o.parent].members;
-    members.erase(std::find(members.begin(), members.end(), object));
-  }
-  dGeomDestroy(o.geom);
+  const dGeomID geom = objects_[object].geom;
   forget(object);
+  dGeomDestroy(geom);
 }
 
 int Driver::createLeaf(Kind kind, Random& random) {
@@ -183,7 +179,7 @@ int Driver::createLeaf(Kind kind, Random& random) {
   }
   const int id = static_cast<int>(objects_.size());
   setNumber(geom, static_cast<std::size_t>(id));
-  objects_.push_back({kind, geom, kNone, kNone, false, true, {}});
+  objects_.push_back({kind, geom, kNone, kNone, false, true, {}, 0, false, {}});
   alive_.push_back(id);
   return id;
 }
@@ -256,22 +252,26 @@ void Driver::createOne() {
   if (added) add(leaf, space);
 }
 
-void Driver::createSpace() {
-  const bool ours = spaces_.empty() || decisions_.chance(190);
-  const bool nested = !spaces_.empty() && decisions_.chance(160);
-  if (spaces_.size() >= kMostSpaces) return;
-  const int parent = nested ? pickSpace() : kNone;
+int Driver::createSpace(bool ours, int parent) {
   const dSpaceID space = ours ? dParallelSAPSpaceCreate(nullptr) : dSimpleSpaceCreate(nullptr);
   if (ours && configuration_) configure(space, *configuration_);
   const int id = static_cast<int>(objects_.size());
   log("create space " + std::to_string(id) + (ours ? " (ours)" : " (dSimpleSpace)") +
-      (nested ? " in " + std::to_string(parent) : ""));
+      (parent == kNone ? "" : " in " + std::to_string(parent)));
   setNumber(asGeom(space), static_cast<std::size_t>(id));
-  objects_.push_back({kSpace, asGeom(space), kNone, kNone, ours, true, {}});
+  objects_.push_back({kSpace, asGeom(space), kNone, kNone, ours, true, {}, 0, false, {}});
   spaces_.push_back(id);
+  if (parent != kNone) add(id, parent);
+  return id;
+}
+
+void Driver::createSpace() {
+  const bool ours = spaces_.empty() || decisions_.chance(190);
+  const bool nested = !spaces_.empty() && decisions_.chance(160);
+  if (spaces_.size() >= kMostSpaces) return;
+  const int id = createSpace(ours, nested ? pickSpace() : kNone);
   for (const std::size_t option : {kSkipStatic, kSkipAsleep, kNotified, kSweptBounds})
     if (decisions_.chance(80)) change(id, option, 1);
-  if (nested) add(id, parent);
   // A few geoms near each other, on bodies that move.
   Random random = decisions_.random();
   const double x = random.between(0, side()), y = random.between(0, side());

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "fuzz/edited_calls.h"
+#include "fuzz/driver.h"
 #include "support/bounds.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
@@ -15,12 +15,22 @@ using namespace sap_test;
 
 namespace {
 
+struct EditedWorld : private Decisions, public Driver {
+  EditedWorld(const Configuration* configuration, std::size_t geoms, std::uint64_t seed)
+      : Decisions(seed), Driver(*this, geoms, configuration) {
+    for (int i = 0; i < 8; ++i) populate();
+    for (int i = 0; i < 8; ++i) step(false);
+  }
+};
+
 void editInCallbacks(const Configuration* configuration, std::size_t geoms, std::uint64_t seed,
                      bool jumps) {
   INFO((configuration ? configuration->name : "defaults")
        << ", " << geoms << " geoms, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+  EditedWorld world(configuration, geoms, seed);
   Random random(seed);
-  REQUIRE(playEditedCalls(random, configuration, geoms, 14, jumps) == "");
+  world.playEditedCalls(random, 14, jumps);
+  REQUIRE(world.problem() == "");
 }
 
 }  // namespace
