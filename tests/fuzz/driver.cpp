@@ -70,8 +70,7 @@ void Driver::step(bool collides) {
       &Driver::collideFrames,   &Driver::collideFrames,    &Driver::collideAnyhow,
       &Driver::collideAnyhow,   &Driver::collideAnyhow,    &Driver::collideAnyhow,
       &Driver::collideWithGeom, &Driver::collideWithMany,  &Driver::collideContacts,
-      &Driver::collideBlocks,   &Driver::collideEditing,   &Driver::askBatches,
-      &Driver::askBatches};
+      &Driver::collideBlocks,   &Driver::askBatches,       &Driver::askBatches};
   const std::size_t what =
       decisions_.below(kNumChanges + (collides ? std::size(kSteps) : kNumEdits));
   if (what < kNumChanges)

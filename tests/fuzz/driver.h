@@ -154,9 +154,7 @@ class Driver {
 
   // Collides, in driver_collides.cpp.
   void collidePlain(int space, dGeomID with = nullptr);
-  void collideThrowing(int space);
   void collideWithin(int space);
-  void collideChanging(int space);
   void collideTakingApart(int space);
   void collideWithGeom();
   void collideWithMany();

@@ -1,5 +1,6 @@
 // Collides of all kinds, each compared with the oracle.
 #include <algorithm>
+#include <functional>
 
 #include "../support/oracle.h"
 #include "../support/rules_oracle.h"
@@ -9,25 +10,17 @@ namespace sap_test {
 namespace {
 
 // Runs a function at one of the calls.
-template <class Function>
 struct Interrupter {
   Pairs pairs;
   std::size_t at;
-  Function function;
+  std::function<void(dGeomID)> function;
 
   static void call(void* data, dGeomID a, dGeomID b) {
     Interrupter& self = *static_cast<Interrupter*>(data);
     record(&self.pairs, a, b);
-    if (self.pairs.size() == self.at) self.function(a, b);
+    if (self.pairs.size() == self.at) self.function(a);
   }
 };
-
-template <class Function>
-Pairs collideInterrupted(dSpaceID space, std::size_t at, Function function) {
-  Interrupter<Function> interrupter{{}, at, function};
-  dSpaceCollide(space, &interrupter, Interrupter<Function>::call);
-  return interrupter.pairs;
-}
 
 // A pair of spaces or of a space and a geom that the callback takes apart, or a whole space.
 struct TakenApart {
@@ -151,33 +144,19 @@ void Driver::collidePlain(int space, dGeomID with) {
 
 void Driver::collideAnyhow() {
   const int ours = pickOurSpace();
-  switch (decisions_.below(6)) {
+  switch (decisions_.below(5)) {
     case 0:
-      collideThrowing(ours);
-      break;
-    case 1:
       collideWithin(ours);
       break;
-    case 2:
-      collideChanging(ours);
+    case 1:
+      collideEditing();
       break;
-    case 3:
+    case 2:
       collideTakingApart(ours);
       break;
     default:
       collidePlain(pickSpace());
   }
-}
-
-// What was reported before the callback throws is how the whole begins.
-void Driver::collideThrowing(int space) {
-  const std::size_t at = 1 + decisions_.below(300);
-  log("collide " + std::to_string(space) + ", throwing at call " + std::to_string(at));
-  const Pairs got = collideUntil(spaceOf(space), at);
-  ++collides_;
-  const std::string problem =
-      wrongByRules(Rules::of(spaceOf(space)), membersOf(space), got, got.size() == at);
-  if (!problem.empty()) fail("space " + std::to_string(space) + ", throwing: " + problem);
 }
 
 // The collide within sees what the callback has disabled.
@@ -188,53 +167,28 @@ void Driver::collideWithin(int space) {
   Random random = decisions_.random();
   log("collide " + std::to_string(space) + ", and at call " + std::to_string(at) + " collide " +
       std::to_string(other));
-  const Pairs got = collideInterrupted(spaceOf(space), at, [&](dGeomID a, dGeomID) {
-    collide2(spaceOf(other), a);
-    if (throws) collideUntil(spaceOf(other), 3);
-    const int member = pickMember(other, random);
-    const dGeomID geom = member == kNone ? nullptr : objects_[member].geom;
-    const bool disables = geom && dGeomIsEnabled(geom);
-    const auto make = [&](void (*change)(dGeomID)) {
-      if (!disables) return;
-      change(geom);
-      tell(member);
-    };
-    make(dGeomDisable);
-    const Pairs inner = collide(spaceOf(other));
-    const std::string problem = wrongByRules(Rules::of(spaceOf(other)), membersOf(other), inner);
-    if (!problem.empty()) fail("space " + std::to_string(other) + ", within: " + problem);
-    make(dGeomEnable);
-  });
-  compare(space, got);
-}
-
-// What a callback may change of geoms in a locked space counts from the next collide on.
-void Driver::collideChanging(int space) {
-  const std::size_t at = 1 + decisions_.below(30);
-  Random random = decisions_.random();
-  log("collide " + std::to_string(space) + ", disabling within");
-  std::vector<int> changed;
-  std::vector<dBodyID> asleep;
-  const Pairs got = collideInterrupted(spaceOf(space), at, [&](dGeomID, dGeomID) {
-    for (const int member : objects_[space].members) {
-      if (!random.chance(0.05) || !dGeomIsEnabled(objects_[member].geom)) continue;
-      dGeomDisable(objects_[member].geom);
-      changed.push_back(member);
-    }
-    for (const dBodyID body : bodies_) {
-      if (!body || !random.chance(0.05) || !dBodyIsEnabled(body)) continue;
-      dBodyDisable(body);
-      asleep.push_back(body);
-    }
-  });
-  for (const int member : changed) dGeomEnable(objects_[member].geom);
-  for (const dBodyID body : asleep) dBodyEnable(body);
-  compare(space, got);
-  for (const dBodyID body : asleep) dBodyDisable(body);
-  for (const int member : changed) {
-    if (random.chance(0.5)) dGeomDisable(objects_[member].geom);
-  }
-  tellOfAll();
+  Interrupter interrupter = {{}, at, [&](dGeomID a) {
+                               collide2(spaceOf(other), a);
+                               if (throws) collideUntil(spaceOf(other), 3);
+                               const int member = pickMember(other, random);
+                               const dGeomID geom =
+                                   member == kNone ? nullptr : objects_[member].geom;
+                               const bool disables = geom && dGeomIsEnabled(geom);
+                               const auto make = [&](void (*change)(dGeomID)) {
+                                 if (!disables) return;
+                                 change(geom);
+                                 tell(member);
+                               };
+                               make(dGeomDisable);
+                               const Pairs inner = collide(spaceOf(other));
+                               const std::string problem =
+                                   wrongByRules(Rules::of(spaceOf(other)), membersOf(other), inner);
+                               if (!problem.empty())
+                                 fail("space " + std::to_string(other) + ", within: " + problem);
+                               make(dGeomEnable);
+                             }};
+  dSpaceCollide(spaceOf(space), &interrupter, Interrupter::call);
+  compare(space, interrupter.pairs);
 }
 
 // As ODE's manual has it: the callback takes spaces apart, all the way down.

@@ -194,6 +194,10 @@ class Driver::Editing {
         world_.remove(leaf);
         return add(leaf, parent);
       case 8:
+        if (const int body = at(leaf).body; body != kNone && random_.chance(0.5)) {
+          (random_.chance(0.5) ? dBodyEnable : dBodyDisable)(world_.bodies_[body]);
+          return world_.tellOfAll();
+        }
         random_.chance(0.8) ? world_.changeEnabled(leaf, random_.chance(0.7), random_)
                             : world_.changeBits(leaf, random_.below(6), random_);
         return world_.tell(leaf);
