@@ -154,7 +154,6 @@ class Driver {
 
   // Collides, in driver_collides.cpp.
   void collidePlain(int space, dGeomID with = nullptr);
-  void collideWithin(int space);
   void collideTakingApart(int space);
   void collideWithGeom();
   void collideWithMany();

@@ -1,6 +1,5 @@
 // Collides of all kinds, each compared with the oracle.
 #include <algorithm>
-#include <functional>
 
 #include "../support/oracle.h"
 #include "../support/rules_oracle.h"
@@ -8,19 +7,6 @@
 
 namespace sap_test {
 namespace {
-
-// Runs a function at one of the calls.
-struct Interrupter {
-  Pairs pairs;
-  std::size_t at;
-  std::function<void(dGeomID)> function;
-
-  static void call(void* data, dGeomID a, dGeomID b) {
-    Interrupter& self = *static_cast<Interrupter*>(data);
-    record(&self.pairs, a, b);
-    if (self.pairs.size() == self.at) self.function(a);
-  }
-};
 
 // A pair of spaces or of a space and a geom that the callback takes apart, or a whole space.
 struct TakenApart {
@@ -143,52 +129,17 @@ void Driver::collidePlain(int space, dGeomID with) {
 }
 
 void Driver::collideAnyhow() {
-  const int ours = pickOurSpace();
   switch (decisions_.below(5)) {
     case 0:
-      collideWithin(ours);
-      break;
     case 1:
       collideEditing();
       break;
     case 2:
-      collideTakingApart(ours);
+      collideTakingApart(pickOurSpace());
       break;
     default:
       collidePlain(pickSpace());
   }
-}
-
-// The collide within sees what the callback has disabled.
-void Driver::collideWithin(int space) {
-  const std::size_t at = 1 + decisions_.below(100);
-  const int other = pickOurSpace();
-  const bool throws = decisions_.chance(64);
-  Random random = decisions_.random();
-  log("collide " + std::to_string(space) + ", and at call " + std::to_string(at) + " collide " +
-      std::to_string(other));
-  Interrupter interrupter = {{}, at, [&](dGeomID a) {
-                               collide2(spaceOf(other), a);
-                               if (throws) collideUntil(spaceOf(other), 3);
-                               const int member = pickMember(other, random);
-                               const dGeomID geom =
-                                   member == kNone ? nullptr : objects_[member].geom;
-                               const bool disables = geom && dGeomIsEnabled(geom);
-                               const auto make = [&](void (*change)(dGeomID)) {
-                                 if (!disables) return;
-                                 change(geom);
-                                 tell(member);
-                               };
-                               make(dGeomDisable);
-                               const Pairs inner = collide(spaceOf(other));
-                               const std::string problem =
-                                   wrongByRules(Rules::of(spaceOf(other)), membersOf(other), inner);
-                               if (!problem.empty())
-                                 fail("space " + std::to_string(other) + ", within: " + problem);
-                               make(dGeomEnable);
-                             }};
-  dSpaceCollide(spaceOf(space), &interrupter, Interrupter::call);
-  compare(space, interrupter.pairs);
 }
 
 // As ODE's manual has it: the callback takes spaces apart, all the way down.

@@ -473,7 +473,7 @@ void Driver::playEditedCalls(Random& random, int calls, bool jumps) {
 // In worlds that the oracle takes no time for.
 void Driver::collideEditing() {
   Random random = decisions_.random();
-  if (alive_.size() > 300) return collidePlain(0);
+  if (alive_.size() > 1000) return collidePlain(0);
   log("calls with edits");
   playEditedCalls(random, 4, false);
   ++collides_;
