@@ -129,13 +129,12 @@ void Driver::collidePlain(int space, dGeomID with) {
 }
 
 void Driver::collideAnyhow() {
-  switch (decisions_.below(5)) {
+  switch (decisions_.below(4)) {
     case 0:
+      collideTakingApart(pickOurSpace());
+      break;
     case 1:
       collideEditing();
-      break;
-    case 2:
-      collideTakingApart(pickOurSpace());
       break;
     default:
       collidePlain(pickSpace());

@@ -63,6 +63,7 @@ class Driver::Editing {
       : world_(world),
         random_(random),
         jumps_(jumps),
+        events_(dParallelSAPSpaceGetEvents(world.space())),
         levels_{Level(random), Level(random), Level(random)} {
     const Rules rules = Rules::of(world_.space());
     follows_ = !rules.skip_static && !rules.skip_asleep && world_.locked_.empty();
@@ -76,6 +77,7 @@ class Driver::Editing {
     }
   }
   ~Editing() {
+    dParallelSAPSpaceSetEvents(world_.space(), events_);
     for (const Settings& settings : settings_)
       if (world_.objects_[settings.space].geom) set(settings);
   }
@@ -459,9 +461,10 @@ class Driver::Editing {
   Driver& world_;
   Random& random_;
   const bool jumps_;
+  const int events_;  // as they were
   std::array<Level, kDeepest> levels_;
   std::size_t depth_ = 0;
-  std::vector<Settings> settings_;  // as they were
+  std::vector<Settings> settings_;  // likewise
   Followed followed_;
   bool follows_ = true;
 };
@@ -475,7 +478,7 @@ void Driver::collideEditing() {
   Random random = decisions_.random();
   if (alive_.size() > 1000) return collidePlain(0);
   log("calls with edits");
-  playEditedCalls(random, 4, false);
+  playEditedCalls(random, alive_.size() > 200 ? 1 : 4, false);
   ++collides_;
   collidePlain(0);
 }
