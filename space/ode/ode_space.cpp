@@ -475,16 +475,14 @@ bool ParallelSAPSpace::addMeshes(Slot slot, std::vector<SilentGeoms::Within>& me
 
 void ParallelSAPSpace::cleanGeoms() {
   const Use lock(*this, Use::query, /*locks=*/1);
-  if (lock.isGuest()) return;
-  checkForQuery();
-  if (!needs_clean_) return;
-  any_moved_ = true;
-  pipeline_.clean(scene(/*nested=*/true));
+  if (!lock.isGuest()) cleanAll();
 }
 
-// Before a query: where few geoms changed since the last one, these are known.
-void ParallelSAPSpace::cleanFew() {
-  checkForQuery();
+// Where few geoms changed since the last query these are known.
+void ParallelSAPSpace::cleanAll() {
+  // Other threads may query the sub-spaces.
+  if (needs_clean_.load(std::memory_order_relaxed)) silent_.cleanWithin(slots_.geoms().data());
+  checkSilent();
   if (!needs_clean_) return;
   any_moved_ = true;
   const Scene all = scene(/*nested=*/true);
@@ -648,7 +646,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   const Statistics::QueryBy by = !timed || parent_space || IS_SPACE(geom) ? Statistics::other
                                  : geom->type == dRayClass                ? Statistics::ray
                                                                           : Statistics::geom;
-  if (!call.isGuest()) cleanFew();
+  if (!call.isGuest()) cleanAll();
   updateProbe(geom);
   const bool is_empty = IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom));
   if (!is_empty && hasNaN(geom))
@@ -721,7 +719,7 @@ std::size_t ParallelSAPSpace::runBatch(const Request& request,
                                        void (Statistics::*note)(std::size_t, double)) {
   const Clock::time_point begin = Clock::now();
   const SpannedCall call(*this, Use::query);
-  if (!call.isGuest()) cleanFew();
+  if (!call.isGuest()) cleanAll();
   const BatchWay way = {call.isGuest() ? 1 : threadsFor(pipeline_.settings),
                         getManualCleanup() != 0, call.isGuest(), query_filter_,
                         pipeline_.settings.rules};

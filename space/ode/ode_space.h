@@ -124,11 +124,6 @@ class ParallelSAPSpace : public dxSpace {
     if (ever_swept_) updateSweptBounds();
     is_checked_.store(true, std::memory_order_release);
   }
-  // The same where other threads may query the sub-spaces.
-  void checkForQuery() {
-    if (needs_clean_.load(std::memory_order_relaxed)) silent_.cleanWithin(slots_.geoms().data());
-    checkSilent();
-  }
   // Whether no geom is dirty.
   bool isClean() const {
     return !needs_clean_.load(std::memory_order_acquire) && silent_.areClean();
@@ -136,7 +131,7 @@ class ParallelSAPSpace : public dxSpace {
   static inline void updateOther(dxGeom* geom);
   inline void updateProbe(dxGeom* geom);
   void updateSweptBounds();
-  void cleanFew();
+  void cleanAll();
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
   NestedTrees nestedTrees(std::size_t queries) const;
   void reportMany(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
