@@ -211,7 +211,8 @@ class ParallelSAPSpace::Call : public Use {
 // function makes begin at depths that differ by less than the span.
 class ParallelSAPSpace::SpannedCall : public Call {
  public:
-  SpannedCall(ParallelSAPSpace& space, Of of) : Call(space, of, span_ + sizeof span_) {}
+  __attribute__((always_inline)) SpannedCall(ParallelSAPSpace& space, Of of)
+      : Call(space, of, span_ + sizeof span_) {}
 
  private:
   char span_[1024];
