@@ -23,10 +23,12 @@ constexpr std::size_t most_sampled = 128;  // fixed: likewise
 // twice as many have left theirs.
 constexpr std::size_t changing_share = 8;
 
-// What left its fat box gets the widest margin, and a sample is followed for as long as that must
-// hold: a box at a steady speed stays in any of its margins for as long as in proportion.
+// Frames in which a box at a steady speed stays in margins of that share, if that is of use.
+constexpr float servedBy(float share) {
+  return least_service * share / fat_shares[0];
+}
+// What left its fat box gets these margins.
 constexpr float widest_share = fat_shares[std::size(fat_shares) - 1];
-constexpr int sample_frames = static_cast<int>(least_service * widest_share / fat_shares[0]);
 
 Region leaving("fat proxies: boxes"), fattening("fat proxies: fat boxes"),
     testing("fat proxies: candidates");
@@ -63,9 +65,9 @@ Box grown(const Box& box, float margin) {
 
 }  // namespace
 
-// Finds the least margins in which nearly all boxes of a sample would have stayed since it was
-// taken, and would stay for a while at their average speed. Returns the tolerance where they would
-// stay within its margins, else 0.
+// Finds the least margins in which nearly all boxes of a sample have stayed since it was taken, and
+// in which they would stay for long enough if they went on. Returns the tolerance where they moved
+// so little since the last frame that they would stay within its margins, else 0.
 float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
   // At infinity a margin would be infinite, and make no number of an infinite bound.
   constexpr double most = std::numeric_limits<float>::max();
@@ -78,27 +80,32 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
     sample_.resizeDiscarding(std::min(most_sampled, boxes.size / sampled_share));
     if (sample_.size() == 0) return useful;
     sample_step_ = boxes.size / sample_.size();
-    sampled_frames_ = sample_frames;
   }
-  const std::size_t margins = boxes.size > far_slots / 2 ? 1 : std::size(fat_shares);
-  const bool takes_next = ++sampled_frames_ >= sample_frames;
+  sampled_frames_ = known ? sampled_frames_ + 1 : 0;
   const float frames = static_cast<float>(sampled_frames_);
-  std::size_t compared = 0, fast[std::size(fat_shares)] = {}, fast_for_tolerance = 0;
+  const std::size_t margins = boxes.size > far_slots / 2 ? 1 : std::size(fat_shares);
+  std::size_t compared = 0, left = 0, fast[std::size(fat_shares)] = {}, fast_for_tolerance = 0;
   for (std::size_t k = 0; k < sample_.size(); ++k) {
     const Box& box = boxes.boxes[k * sample_step_];
-    auto& [before, farthest] = sample_[k];
-    if (known && isActive(box) && isActive(before)) {
-      farthest = std::max(farthest, distanceOf(before, box));
+    auto& [first, last, farthest] = sample_[k];
+    if (known && isActive(box) && isActive(last)) {
+      farthest = std::max(farthest, distanceOf(first, box));
       ++compared;
-      for (std::size_t i = 0; i < margins; ++i) {
-        const float served = least_service * (fat_shares[i] / fat_shares[0]);
-        fast[i] += !(farthest * std::max(1.0f, served / frames) <= marginOf(box, fat_shares[i]));
-      }
-      fast_for_tolerance += !(farthest / frames <= useful * most_loose / 2);
+      for (std::size_t i = 0; i < margins; ++i)
+        fast[i] += !(farthest * std::max(1.0f, servedBy(fat_shares[i]) / frames) <=
+                     marginOf(box, fat_shares[i]));
+      left += !(farthest <= marginOf(box, fat_shares[margins - 1]));
+      fast_for_tolerance += !(distanceOf(last, box) <= useful * most_loose / 2);
+    } else {
+      sample_[k] = {box, box, 0};
     }
-    if (takes_next) sample_[k] = {box, 0};
+    last = box;
   }
-  if (takes_next) sampled_frames_ = 0;
+  // A sample of which too many are out of all margins would be of no use any more.
+  if (frames >= servedBy(fat_shares[margins - 1]) || left * changing_share > compared) {
+    for (Sampled& box : sample_) box = {box.last, box.last, 0};
+    sampled_frames_ = 0;
+  }
   if (compared == 0) return useful;
   if (useful > 0 && fast_for_tolerance * changing_share <= compared) return useful;
   share_ = 0;

@@ -19,7 +19,7 @@ namespace ode_parallel_sap {
 class FatProxies {
  public:
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
-  // since the last call, and did not leave the last fat ones too soon. With a `tolerance` that is
+  // in the last frames, and did not leave the last fat ones too soon. With a `tolerance` that is
   // enough for their motion margins are a part of it, and all candidates are pairs.
   bool prepare(const BoxSet& boxes, double tolerance, int threads);
   // A frame did without. After many in a row nothing is held.
@@ -48,14 +48,14 @@ class FatProxies {
   int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
 
-  // A box when the sample was taken, and how far from there it has been since.
+  // A box when the sample was taken and in the last frame, and how far from the first it has been.
   struct Sampled {
-    Box box;
+    Box first, last;
     float farthest;
   };
 
   float tolerance_ = 0;
-  float share_ = 0;  // margins that are of use now; 0: none
+  float share_ = 0;  // of a box's least extent: the margin that is of use now; 0: none
   BackOff back_off_{4};
   int frames_ = 0;  // since all got fat boxes
   int unused_ = 0;  // frames since find()

@@ -21,7 +21,6 @@
 #include "space/geoms/geom_tests.h"
 #include "space/geoms/pair_rule.h"
 #include "space/ode/environment.h"
-#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
