@@ -279,6 +279,22 @@ TEST_CASE("Spaces around a swept one have its box, however it came and was asked
       }
 }
 
+TEST_CASE("A stock space has the box of a swept one in it after the swept one's frame", "[swept]") {
+  const dSpaceID stock = dSimpleSpaceCreate(nullptr), swept = dParallelSAPSpaceCreate(stock);
+  {
+    World world(swept);
+    dParallelSAPSpaceSetSweptBounds(swept, 1);
+    const dBodyID body = world.giveBody(world.take(dCreateSphere(nullptr, 1)));
+    dGeomSetPosition(dCreateBox(stock, 1, 1, 1), 9, 0, 0);
+    for (const int speed : {0, 10, 0, 10}) {
+      dBodySetLinearVel(body, static_cast<dReal>(speed), 0, 0);
+      (void)collide(swept);
+      CHECK(collide(stock).size() == (speed > 0 ? 1 : 0));
+    }
+  }
+  dSpaceDestroy(stock);
+}
+
 TEST_CASE("A swept contact says how far geoms come until they touch, and leaves them as they are",
           "[swept]") {
   const dReal step = real(0.01);
