@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "../support/not_finite.h"
 #include "../support/recorder.h"
@@ -82,6 +83,19 @@ Play userBoxes(std::function<Bounds(Scene& scene, int frame)> bounds_of, double 
 Bounds unitBounds(Scene& scene) {
   const auto [x, y, z] = anywhere(scene);
   return {x, x + 1, y, y + 1, z, z + 1};
+}
+
+// Unit boxes, and a few user boxes: in each frame another one is made of a unit box.
+Play fewAmongUnitBoxes(int few, std::function<void(Scene&, int i, int frame, Bounds&)> change) {
+  return onUnitBoxes([=](Scene& scene, int frame) {
+    for (int i = 0; i < few; ++i) {
+      Bounds bounds = unitBounds(scene);
+      if (frame == 0) scene.marked.push_back(scene.take(createUserBox(scene.space(), bounds)));
+      change(scene, i, frame, bounds);
+      setUserBounds(scene.marked[std::size_t(i)], bounds);
+    }
+    placeAnywhere(scene, scene.geoms()[scene.random.below(scene.geoms().size())]);
+  });
 }
 
 // Far away, far apart, all in one place, just touching; minute, huge, long and thin.
@@ -174,6 +188,36 @@ Play elongated(std::size_t long_axes) {
       0.5);
 }
 
+void largestAmongUnits(Scene&, int i, int frame, Bounds& bounds) {
+  const dReal at = real(frame), reach = kLargest * real(i < 2 ? 1 : i < 4 ? 0.5 : 1e-3);
+  if (i % 2)
+    bounds = {-reach, reach, -reach, reach, -reach, reach};
+  else if (frame == 0 || i > 0)
+    bounds = {-reach, reach, 1, 2, -reach, reach};
+  else
+    bounds = {at, kLargest, -kLargest, at, at, at + 1};
+}
+
+// Infinite, NaN, inverted.
+
+// Bounds are infinite where `low` and `high` say so; they change places with finite ones.
+Play infinite(std::size_t first_axis, std::size_t last_axis, bool low, bool high) {
+  return fewAmongUnitBoxes(8, [=](Scene&, int i, int frame, Bounds& bounds) {
+    for (std::size_t axis = first_axis; axis <= last_axis && (i + frame) % 3; ++axis) {
+      if (low) bounds[2 * axis] = -kInfinity;
+      if (high) bounds[2 * axis + 1] = kInfinity;
+    }
+  });
+}
+
+Bounds nothingButInfinite(Scene& scene, int) {
+  Bounds bounds = unitBounds(scene);
+  const std::size_t axis = scene.random.below(3), which = 1 + scene.random.below(3);
+  if (which & 1) bounds[2 * axis] = -kInfinity;
+  if (which & 2) bounds[2 * axis + 1] = kInfinity;
+  return bounds;
+}
+
 // Infinite sizes of ODE's own classes: some of their bounds are infinite, others NaN.
 void infiniteClasses(Scene& scene, int frame) {
   if (frame == 0)
@@ -184,6 +228,21 @@ void infiniteClasses(Scene& scene, int frame) {
       scene.marked.push_back(scene.take(geom));
   for (const dGeomID geom : scene.marked) placeAnywhere(scene, geom);
   dGeomSetPosition(scene.marked.back(), frame % 2 ? kInfinity : 1, frame % 3 ? -kInfinity : 1, 1);
+}
+
+// A NaN that comes and goes: frames 1 and 2 have it.
+void nanSize(Scene&, int i, int frame, Bounds& bounds) {
+  const std::size_t at = std::size_t(i) % 6;
+  if (frame == 1 || frame == 2) bounds[at] = kNaN;
+  if (i % 4 == 0) bounds[(at + 1) % 6] = i % 2 ? -kInfinity : kInfinity;
+}
+
+Bounds inverted(Scene& scene, int) {
+  Bounds bounds = unitBounds(scene);
+  const std::size_t axis = scene.random.below(3);
+  if (scene.random.chance(0.3)) std::swap(bounds[2 * axis], bounds[2 * axis + 1]);
+  if (scene.random.chance(0.1)) std::swap(bounds[0], bounds[1]);
+  return bounds;
 }
 
 // Everything moves.
@@ -268,7 +327,21 @@ std::vector<Extreme> extremes() {
   add("around the smallest normal number", userBoxes(aroundTheSmallestNormal, 0.5), 1500);
   add("bars 1e6 times as long as wide", elongated(1), 1500);
   add("plates 1e6 times as wide as thick", elongated(2), 700);
+  add("boxes of the type's largest extent among unit boxes",
+      fewAmongUnitBoxes(6, largestAmongUnits));
+
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string along = std::string(" along ") + "xyz"[axis];
+    add("half-infinite boxes down" + along, infinite(axis, axis, true, false));
+    add("half-infinite boxes up" + along, infinite(axis, axis, false, true));
+    add("infinite boxes" + along, infinite(axis, axis, true, true));
+  }
+  add("boxes infinite in all directions", infinite(0, 2, true, true));
+  add("nothing but infinite boxes", userBoxes(nothingButInfinite), 700);
   add("ODE's classes with infinite sizes and places", onUnitBoxes(infiniteClasses));
+  add("NaN bounds of user classes", fewAmongUnitBoxes(12, nanSize));
+  add("inverted boxes", userBoxes(inverted, 0.5), 1500);
+
   add("geoms that cross the world in every frame", eachUnitBox(acrossTheWorld), 1500, 6);
   add("scales from 1e-30 to 1e30 from frame to frame", userBoxes(scaleFromFrameToFrame), 5000, 6);
   add("denormal coordinates only", denormals(0), 1500);
