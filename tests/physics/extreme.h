@@ -65,7 +65,8 @@ struct Result {
   int steps = 0;             // all whose outcome was finite
 };
 
-Result play(const Extreme& extreme, Pairing pairing, const Setting& setting);
+// The part of its steps that is made is `length`.
+Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, double length = 1);
 
 // Whether two runs are the same, bit for bit, as far as they went.
 bool same(const Result& a, const Result& b);

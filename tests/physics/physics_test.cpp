@@ -1,11 +1,14 @@
-// How outcomes at the extremes are told apart, and what the guide says of ODE.
+// At every extreme of physics our pairs lead to what dSimpleSpace's lead to.
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "physics/extreme.h"
+#include "support/bounds.h"
 #include "support/catch.hpp"
+#include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/variable.h"
 
@@ -21,11 +24,26 @@ const Extreme& named(std::string_view name) {
   return extremes()[0];
 }
 
-std::string outcomeOf(const std::string& name, const Setting& setting = {}) {
-  return play(named(name), Pairing::ours, setting).outcome;
+std::string outcomeOf(const std::string& name, const Setting& setting = {},
+                      Pairing pairing = Pairing::ours) {
+  return play(named(name), pairing, setting).outcome;
 }
 
 }  // namespace
+
+TEST_CASE("At every physical extreme our pairs lead to the same bits as dSimpleSpace's") {
+  CHECK(extremes().size() >= 25);
+  for (const Extreme& extreme : extremes()) {
+    // All of them take minutes; physics-rows plays them to their end.
+    const double length = std::min(1.0, double(scaled(120)) / extreme.steps);
+    const Result simple = play(extreme, Pairing::simple_in_our_order, {}, length);
+    const Result ours = play(extreme, Pairing::ours, {}, length);
+    INFO(extreme.theme << ": " << extreme.name << ": " << simple.outcome << " at step "
+                       << simple.steps << ", with ours " << ours.outcome << " at step "
+                       << ours.steps);
+    CHECK(same(ours, simple));
+  }
+}
 
 TEST_CASE("Outcomes are told apart by what is measured") {
   // In both precisions.
@@ -43,6 +61,21 @@ TEST_CASE("Starts are different") {
   other.start = 3;
   const Extreme& extreme = named("a stack of 20");
   CHECK_FALSE(same(play(extreme, Pairing::ours, {}), play(extreme, Pairing::ours, other)));
+}
+
+TEST_CASE("What tunnels with stock spaces is stopped by swept contacts") {
+  Setting swept;
+  swept.swept = true;
+  for (const char* name : {"boxes of 0.2 m at a plate of 0.1 m, 100 m/s",
+                           "boxes of 0.2 m at a plate of 0.1 m, 1000 m/s",
+                           "bullets of 10 mm at a plate of 10 mm, 900 m/s",
+                           "two balls of 0.1 m head on, 100 m/s each"}) {
+    INFO(name);
+    CHECK(outcomeOf(name, swept, Pairing::simple_in_our_order) == "tunnels");
+    CHECK(outcomeOf(name, swept, Pairing::hash) == "tunnels");
+    CHECK(outcomeOf(name) == "tunnels");
+    CHECK(outcomeOf(name, swept) == "stops");
+  }
 }
 
 namespace {

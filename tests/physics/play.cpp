@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "extreme.h"
@@ -47,8 +48,8 @@ void raise(double& most, double value) {
 
 }  // namespace
 
-Result play(const Extreme& whole, Pairing pairing, const Setting& setting) {
-  const int steps = whole.steps;
+Result play(const Extreme& whole, Pairing pairing, const Setting& setting, double part) {
+  const int steps = std::max(1, static_cast<int>(whole.steps * part));
   Stage stage(pairing, setting, whole.step, whole.gravity);
   stage.add(whole.things);
   if (whole.build) whole.build(stage);
