@@ -67,7 +67,8 @@ Box grown(const Box& box, float margin) {
 
 // Finds the least margins in which nearly all boxes of a sample have stayed since it was taken, and
 // in which they would stay for long enough if they went on. Returns the tolerance where they moved
-// so little since the last frame that they would stay within its margins, else 0.
+// so little since the last frame that they would stay within its margins, or none can be compared,
+// else 0.
 float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
   // At infinity a margin would be infinite, and make no number of an infinite bound.
   constexpr double most = std::numeric_limits<float>::max();

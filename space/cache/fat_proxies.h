@@ -48,14 +48,15 @@ class FatProxies {
   int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
 
-  // A box when the sample was taken and in the last frame, and how far from the first it has been.
+  // A box when the sample was taken, or since it is there, and in the last frame, and how far from
+  // the first it has been.
   struct Sampled {
     Box first, last;
     float farthest;
   };
 
   float tolerance_ = 0;
-  float share_ = 0;  // of a box's least extent: the margin that is of use now; 0: none
+  float share_ = 0;  // of a box's least extent: the margin that is of use now; 0: none is
   BackOff back_off_{4};
   int frames_ = 0;  // since all got fat boxes
   int unused_ = 0;  // frames since find()

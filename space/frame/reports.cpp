@@ -17,7 +17,7 @@ void reportResolved(const PairList& pairs, const Scene& scene, int threads, dPar
     const std::size_t size = std::min(resolved_pairs, count - first);
     resolve(pairs, {first, first + size}, scene.slots.data(), threads, room);
     const dParallelSAPPair* pair = room;
-    same = reportUnchanged(ResolvedPairs(), pair, room + size, /*far=*/true, scene.reports, limit,
+    same = reportUnchanged(ResolvedPairs(), pair, room + size, far_slots, scene.reports, limit,
                            [=](const dParallelSAPPair*, const dParallelSAPPair& geoms) {
                              callback(data, geoms.o1, geoms.o2);
                            });

@@ -58,13 +58,15 @@ struct ResolvedPairs {
 
 // Calls call(pair, geoms) from `pair` on, while no geom comes or leaves: that makes `limit` null. A
 // callback that reads its geoms causes a cache miss a pair. Prefetching slows down one that only
-// counts. The time of the first pairs of each stretch decides. `far`: addresses of pairs and geoms
-// are prefetched in any case. False if pairs are left.
+// counts. The time of the first pairs of each stretch decides. Of `far_slots` on, addresses of
+// pairs and geoms are prefetched in any case. False if pairs are left.
 template <class Pairs, class Entry, class Call>
-bool reportUnchanged(const Pairs& pairs, const Entry*& pair, const Entry* end, bool far,
+bool reportUnchanged(const Pairs& pairs, const Entry*& pair, const Entry* end, std::size_t slots,
                      const Reports& reports, const void*& limit, Call call) {
   constexpr std::ptrdiff_t stretch_pairs = chunk_pairs;
   constexpr std::ptrdiff_t tried_pairs = stretch_pairs / 32;  // as they wait; enough for a clock
+  const bool far = slots >= far_slots;
+  const double least_ms = slots >= many_geoms ? least_callback_ms_of_many : least_callback_ms;
   const auto setLimit = [&](const Entry* to) { limit = reports.changed() ? nullptr : to; };
   while (end - pair > tried_pairs && !reports.changed()) {
     const Entry *const tried = pair + tried_pairs, *const stretch =
@@ -77,7 +79,7 @@ bool reportUnchanged(const Pairs& pairs, const Entry*& pair, const Entry* end, b
     const Clock::time_point before = Clock::now();
     for (setLimit(tried); pair < limit; ++pair) call(pair, pairs.of(pair));
     const bool reads =
-        milliseconds(before, Clock::now()) > least_callback_ms * static_cast<double>(tried_pairs);
+        milliseconds(before, Clock::now()) > least_ms * static_cast<double>(tried_pairs);
     if ((reads || far) && end - pair > pairs_ahead) setLimit(std::min(stretch, end - pairs_ahead));
     for (; pair < limit; ++pair) {
       pairs.prefetchAhead(pair, reads);
@@ -107,8 +109,8 @@ void reportPairs(const PairList& pairs, const Scene& scene, const void*& limit, 
   for (const PairList::Run& run : pairs.runs) {
     const Pair* pair = run.begin();
     const bool same = reportUnchanged(
-        PairsBySlot{scene.slots.data()}, pair, run.end(), scene.slots.size() >= far_slots,
-        scene.reports, limit, [&](const Pair* next, const dParallelSAPPair& geoms) {
+        PairsBySlot{scene.slots.data()}, pair, run.end(), scene.slots.size(), scene.reports, limit,
+        [&](const Pair* next, const dParallelSAPPair& geoms) {
           call(*next, first + static_cast<std::size_t>(next - run.begin()), geoms.o1, geoms.o2);
         });
     first += static_cast<std::size_t>(pair - run.begin());

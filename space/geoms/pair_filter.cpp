@@ -1,8 +1,6 @@
 #include "space/geoms/pair_filter.h"
 
 #include <algorithm>
-#include <atomic>
-#include <utility>
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
