@@ -60,9 +60,11 @@ class Driver {
   dSpaceID space() const { return spaceOf(0); }
   // Its geoms in the order of adding.
   std::vector<dGeomID> order() const { return membersOf(0); }
+  std::size_t alive() const { return alive_.size(); }  // geoms, spaces apart
 
  protected:
   void populate();
+  void createSpace();
   Pairs pairsByStay(const Pairs& got) const;
   void addGeoms(int space, bool deep, EventsOracle::Geoms& geoms) const;
   bool changes_users_unasked_ = true;  // geoms of user classes, without a word
@@ -97,7 +99,6 @@ class Driver {
 
   // Objects, in driver_objects.cpp.
   void createOne();
-  void createSpace();
   int createSpace(bool ours, int parent);
   int createLeaf(Kind kind, Random& random);
   int createBody(int at_object);

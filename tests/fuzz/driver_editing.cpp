@@ -65,15 +65,19 @@ class Driver::Editing {
         jumps_(jumps),
         events_(dParallelSAPSpaceGetEvents(world.space())),
         levels_{Level(random), Level(random), Level(random)} {
-    const Rules rules = Rules::of(world_.space());
-    follows_ = !rules.skip_static && !rules.skip_asleep && world_.locked_.empty();
+    const bool skips = random_.chance(0.25);  // as the spaces do
+    const Rules own = Rules::of(world_.space());
+    follows_ = !(skips && (own.skip_static || own.skip_asleep)) && world_.locked_.empty();
     dParallelSAPSpaceSetEvents(world_.space(), 0);
     dParallelSAPSpaceSetEvents(world_.space(), static_cast<int>(random_.below(4)));
     for (const int space : world_.spaces_) {
       if (!world_.objects_[space].ours) continue;
       const dSpaceID id = world_.spaceOf(space);
       settings_.push_back({space, Rules::of(id), dParallelSAPSpaceGetSweptBounds(id)});
-      set({space, {}, space == 0 ? settings_.back().swept : 0});
+      Rules rules;
+      rules.skip_static = skips && settings_.back().rules.skip_static;
+      rules.skip_asleep = skips && settings_.back().rules.skip_asleep;
+      set({space, rules, space == 0 ? settings_.back().swept : 0});
     }
   }
   ~Editing() {
@@ -101,6 +105,8 @@ class Driver::Editing {
 
   void set(const Settings& settings) const {
     const dSpaceID id = world_.spaceOf(settings.space);
+    dParallelSAPSpaceSetSkipStatic(id, settings.rules.skip_static);
+    dParallelSAPSpaceSetSkipAsleep(id, settings.rules.skip_asleep);
     dParallelSAPSpaceSetCullPlanes(id, settings.rules.cull_planes);
     dParallelSAPSpaceSetTolerance(id, settings.rules.tolerance);
     dParallelSAPSpaceSetSweptBounds(id, settings.swept);

@@ -18,7 +18,8 @@ namespace {
 struct EditedWorld : private Decisions, public Driver {
   EditedWorld(const Configuration* configuration, std::size_t geoms, std::uint64_t seed)
       : Decisions(seed), Driver(*this, geoms, configuration) {
-    for (int i = 0; i < 8; ++i) populate();
+    for (int i = 0; i < 3; ++i) createSpace();
+    for (int tries = 0; tries < 200 && alive() < geoms * 3 / 4; ++tries) populate();
     for (int i = 0; i < 8; ++i) step(false);
   }
 };

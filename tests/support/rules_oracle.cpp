@@ -108,7 +108,7 @@ Rules Rules::of(dSpaceID space) {
 }
 
 std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_order,
-                         const Pairs& got, bool beginning_only) {
+                         const Pairs& got) {
   std::vector<Bounds> bounds;
   const std::vector<dGeomID> geoms = takingPart(in_add_order, bounds);
   const long double most = reachOf(rules);
@@ -123,7 +123,6 @@ std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_
       if (reported && due == Owed::must_not) return wrongPair(rules, "extra", geoms[i], geoms[j]);
       if (!reported && due == Owed::must) return wrongPair(rules, "missed", geoms[i], geoms[j]);
       next += reported;
-      if (beginning_only && next == got.size()) return "";
     }
   }
   if (next == got.size()) return "";

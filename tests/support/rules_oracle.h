@@ -21,9 +21,9 @@ struct Rules {
 };
 
 // "" or what is wrong first with pairs that were reported by a space with these rules, to which
-// geoms were added in this order. With `beginning_only` the report ended early.
+// geoms were added in this order.
 std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_order,
-                         const Pairs& got, bool beginning_only = false);
+                         const Pairs& got);
 
 // Whether a pair that was reported does not end although it is left out: because it rests.
 enum class Rest { no, yes, either };
