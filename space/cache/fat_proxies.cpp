@@ -65,6 +65,22 @@ Box grown(const Box& box, float margin) {
 
 }  // namespace
 
+// Goes on with the sample, or takes one if the last is of other slots. Returns whether it goes on.
+bool FatProxies::followSample(const BoxSet& boxes) {
+  // The same slots again, while about as many are there: some come and go in every frame.
+  const std::size_t reach = sample_.size() * sample_step_;
+  const bool known = reach <= boxes.size && boxes.size < 2 * reach;
+  sampled_frames_ = known ? sampled_frames_ + 1 : 0;
+  if (known) return true;
+  sample_.resizeDiscarding(std::min(most_sampled, boxes.size / sampled_share));
+  sample_step_ = boxes.size / std::max<std::size_t>(sample_.size(), 1);
+  for (std::size_t k = 0; k < sample_.size(); ++k) {
+    const Box& box = boxes.boxes[k * sample_step_];
+    sample_[k] = {box, box, 0};
+  }
+  return false;
+}
+
 // Finds the least margins in which nearly all boxes of a sample have stayed since it was taken, and
 // in which they would stay for long enough if they went on. Returns the tolerance where they moved
 // so little since the last frame that they would stay within its margins, or none can be compared,
@@ -74,22 +90,14 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
   constexpr double most = std::numeric_limits<float>::max();
   const float useful = static_cast<float>(std::min(tolerance, most));
   share_ = useful > 0 ? fat_shares[0] : 0;
-  // The same slots again, while about as many are there: some come and go in every frame.
-  const std::size_t reach = sample_.size() * sample_step_;
-  const bool known = reach <= boxes.size && boxes.size < 2 * reach;
-  if (!known) {
-    sample_.resizeDiscarding(std::min(most_sampled, boxes.size / sampled_share));
-    if (sample_.size() == 0) return useful;
-    sample_step_ = boxes.size / sample_.size();
-  }
-  sampled_frames_ = known ? sampled_frames_ + 1 : 0;
+  if (!followSample(boxes)) return useful;
   const float frames = static_cast<float>(sampled_frames_);
   const std::size_t margins = boxes.size > far_slots / 2 ? 1 : std::size(fat_shares);
   std::size_t compared = 0, left = 0, fast[std::size(fat_shares)] = {}, fast_for_tolerance = 0;
   for (std::size_t k = 0; k < sample_.size(); ++k) {
     const Box& box = boxes.boxes[k * sample_step_];
     auto& [first, last, farthest] = sample_[k];
-    if (known && isActive(box) && isActive(last)) {
+    if (isActive(box) && isActive(last)) {
       farthest = std::max(farthest, distanceOf(first, box));
       ++compared;
       for (std::size_t i = 0; i < margins; ++i)

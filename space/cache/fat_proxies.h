@@ -39,6 +39,7 @@ class FatProxies {
   }
 
  private:
+  bool followSample(const BoxSet& boxes);
   float usefulTolerance(const BoxSet& boxes, double tolerance);
   bool filtersChanged(const BoxSet& boxes, Slot slot) const;
   void listLeft(const BoxSet& boxes, int threads);
