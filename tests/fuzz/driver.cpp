@@ -40,9 +40,9 @@ Driver::Driver(Decisions& decisions, std::size_t most_geoms, const Configuration
 }
 
 Driver::~Driver() {
-  static auto& kept = *new std::vector<std::vector<Object>>;
+  static auto& kept = *new std::vector<std::pair<dWorldID, std::vector<Object>>>;
   if (!locked_.empty()) {
-    kept.push_back(std::move(objects_));
+    kept.emplace_back(world_, std::move(objects_));
     spaces_.clear();
     alive_.clear();
   }
