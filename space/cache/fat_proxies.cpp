@@ -257,7 +257,6 @@ int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest&
   const std::size_t count = candidates_.size();
   const int most = teamFor(count, grains::tested_pairs, threads);
   const KernelSet& kernel = kernelSet();
-  const bool is_open = test.everyPair() || (tolerance_ == 0 && !boxes.exact);
   pairs.clear(static_cast<std::size_t>(most));
   const int used = runTeam(testing, most, [&](int thread, int team) {
     const Range own = ownPart(count, thread, team);
@@ -267,9 +266,12 @@ int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest&
     PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
       while (run < run_end) {
         const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
-        Pair* const end =
-            tolerance_ > 0 ? std::copy(run, run + chunk, to)
-                           : to + kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, to);
+        Pair* end = to;
+        bool is_open = test.everyPair();
+        if (tolerance_ > 0)
+          end = std::copy(run, run + chunk, to);
+        else
+          is_open |= kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, end);
         to = is_open ? test.keep(to, end) : end;
         run += chunk;
       }

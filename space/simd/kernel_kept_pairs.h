@@ -4,7 +4,9 @@
 
 #include <string.h>
 
-#if defined(__SSE2__)
+#if defined(__AVX2__)
+#include <immintrin.h>
+#elif defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
@@ -13,6 +15,7 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/simd/kernels.h"
+#include "space/simd/lanes_common.h"
 
 namespace {
 
@@ -21,6 +24,33 @@ using namespace ode_parallel_sap;
 // The six bounds of a box in twice four lanes, two of them twice, so that two loads have them all
 // and read nothing beside the box. Upper bounds have their signs changed: of two boxes that
 // overlap, or of which one contains the other, no lane is above a certain one of the other's.
+#if defined(__AVX2__)
+constexpr unsigned all_bounds = 0xff;
+
+using Bounds = __m256;
+
+inline Bounds boundsIn(const Box& box) {
+  return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(box.lower)),
+                              _mm_loadu_ps(box.lower + 2), 1);
+}
+inline Bounds withSigns(const Bounds& bounds) {
+  return _mm256_xor_ps(bounds, _mm256_setr_ps(0, 0, 0, -0.0f, 0, -0.0f, -0.0f, -0.0f));
+}
+inline Bounds boundsOf(const Box& box) {
+  return withSigns(boundsIn(box));
+}
+inline Bounds limitsOf(const Box& box) {
+  const __m256i other_side = _mm256_setr_epi32(5, 6, 7, 0, 7, 0, 1, 2);
+  return withSigns(_mm256_permutevar8x32_ps(boundsIn(box), other_side));
+}
+// All bits where no bound is above its limit, or each is below it. NaN is neither.
+inline unsigned notAbove(const Bounds& bounds, const Bounds& limits) {
+  return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(bounds, limits, _CMP_LE_OQ)));
+}
+inline unsigned below(const Bounds& bounds, const Bounds& limits) {
+  return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(bounds, limits, _CMP_LT_OQ)));
+}
+#else
 constexpr unsigned all_bounds = 0xf;
 
 using Four = float __attribute__((vector_size(16)));
@@ -30,16 +60,23 @@ struct Bounds {
   Four front, back;
 };
 
+inline Bounds withSigns(const FourBits& front, const FourBits& back) {
+  return {reinterpret_cast<Four>(front ^ FourBits{0, 0, 0, INT32_MIN}),
+          reinterpret_cast<Four>(back ^ FourBits{0, INT32_MIN, INT32_MIN, INT32_MIN})};
+}
 inline Bounds boundsOf(const Box& box) {
   FourBits front, back;
   memcpy(&front, box.lower, sizeof front);
   memcpy(&back, box.lower + 2, sizeof back);
-  return {reinterpret_cast<Four>(front ^ FourBits{0, 0, 0, INT32_MIN}),
-          reinterpret_cast<Four>(back ^ FourBits{0, INT32_MIN, INT32_MIN, INT32_MIN})};
+  return withSigns(front, back);
 }
 inline Bounds limitsOf(const Box& box) {
-  const float *const lower = box.lower, *const upper = box.upper;
-  return boundsOf({{upper[0], upper[1], upper[2]}, {lower[0], lower[1], lower[2]}});
+  FourBits front, back, upper, lower;
+  memcpy(&front, box.lower, sizeof front);
+  memcpy(&back, box.lower + 2, sizeof back);
+  pick<1, 2, 3, 4>(back, front, &upper);
+  pick<3, 4, 5, 6>(back, front, &lower);
+  return withSigns(upper, lower);
 }
 inline unsigned lanesOf(const FourBits& both) {
 #if defined(__SSE2__)
@@ -57,6 +94,7 @@ inline unsigned notAbove(const Bounds& bounds, const Bounds& limits) {
 inline unsigned below(const Bounds& bounds, const Bounds& limits) {
   return lanesOf((bounds.front < limits.front) & (bounds.back < limits.back));
 }
+#endif
 
 // See Kernels.
 inline std::uint64_t boxesOutside(const Box* boxes, const Box* room, std::size_t count) {
@@ -68,20 +106,19 @@ inline std::uint64_t boxesOutside(const Box* boxes, const Box* room, std::size_t
   return outside;
 }
 
-inline std::size_t keptPairs(const Box* boxes, const std::uint64_t* kept, std::size_t count,
-                             bool exact, std::uint64_t* pairs) {
-  std::uint64_t* next = pairs;
-  Bounds limits = {};
-  Slot own = ~Slot{0};
+inline bool keptPairs(const Box* boxes, const std::uint64_t* kept, std::size_t count, bool exact,
+                      std::uint64_t*& end) {
+  std::uint64_t* next = end;
+  bool any_borderline = false;
   const auto test = [&](std::uint64_t pair) {
-    if (earlierOf(pair) != own) {
-      own = earlierOf(pair);
-      limits = limitsOf(boxes[own]);
-    }
+    const Bounds limits = limitsOf(boxes[earlierOf(pair)]);
     const Bounds other = boundsOf(boxes[laterOf(pair)]);
     const unsigned hits = notAbove(other, limits);
     *next = pair;
-    if (!exact && __builtin_expect(hits != below(other, limits), false)) *next |= borderline_bit;
+    if (!exact && __builtin_expect(hits != below(other, limits), false)) {
+      *next |= borderline_bit;
+      any_borderline = true;
+    }
     next += hits == all_bounds;
   };
   std::size_t i = 0;
@@ -90,7 +127,8 @@ inline std::size_t keptPairs(const Box* boxes, const std::uint64_t* kept, std::s
     test(kept[i]);
   }
   for (; i < count; ++i) test(kept[i]);
-  return static_cast<std::size_t>(next - pairs);
+  end = next;
+  return any_borderline;
 }
 
 }  // namespace

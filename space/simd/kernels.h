@@ -141,11 +141,11 @@ struct KernelSet {
   // Bit i, i < count <= 64: box i is active and not within room[i].
   std::uint64_t (*boxesOutside)(const BasicBox<float>* boxes, const BasicBox<float>* room,
                                 std::size_t count);
-  // Writes to `pairs` those of `kept`, without the borderline bit and in their order, whose boxes
-  // overlap, with that bit where floats cannot decide. Returns their number; writes no place beyond
-  // `count`.
-  std::size_t (*keptPairs)(const BasicBox<float>* boxes, const std::uint64_t* kept,
-                           std::size_t count, bool exact, std::uint64_t* pairs);
+  // Writes to `end` those of `kept`, without the borderline bit and in their order, whose boxes
+  // overlap, with that bit where floats cannot decide, and moves it behind them; there is room for
+  // all. Returns whether one may be borderline; not if floats are `exact`.
+  bool (*keptPairs)(const BasicBox<float>* boxes, const std::uint64_t* kept, std::size_t count,
+                    bool exact, std::uint64_t*& end);
   // Halves centres along the axis on which they lie farthest apart until sixteen are left. Writes
   // their slots, cell by cell, to `order` from place `first` on, and these places to `starts`: each
   // cell but the last one has sixteen, in the order of `centres`. `room` is aligned.
