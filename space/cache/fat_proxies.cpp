@@ -202,8 +202,8 @@ void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
   const Box& box = boxes.boxes[slot];
   fat_.boxes[slot] =
       grown(box, tolerance_ > 0 ? tolerance_ * most_loose / 2 : marginOf(box, share));
-  fat_.bits[slot] = boxes.bits[slot];
-  fat_.bodies[slot] = boxes.bodies[slot];
+  if (boxes.filter_bits) fat_.bits[slot] = boxes.bits[slot];
+  if (boxes.filter_bodies) fat_.bodies[slot] = boxes.bodies[slot];
 }
 
 int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
@@ -261,22 +261,24 @@ int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest&
   const int used = runTeam(testing, most, [&](int thread, int team) {
     const Range own = ownPart(count, thread, team);
     Buffer<Pair>& part = pairs.parts[static_cast<std::size_t>(thread)];
-    part.resizeDiscarding(own.end - own.begin);
-    Pair* to = part.data();
+    std::size_t kept = 0;
+    part.reserve((own.end - own.begin) / 2);  // it has as much from plain frames
     PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
       while (run < run_end) {
         const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
-        Pair* end = to;
+        part.resize(kept + chunk);
+        Pair *const to = part.data() + kept, *end = to;
         bool is_open = test.everyPair();
         if (tolerance_ > 0)
           end = std::copy(run, run + chunk, to);
         else
           is_open |= kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, end);
-        to = is_open ? test.keep(to, end) : end;
+        if (is_open) end = test.keep(to, end);
+        kept += static_cast<std::size_t>(end - to);
         run += chunk;
       }
     });
-    part.resize(static_cast<std::size_t>(to - part.data()));
+    part.resize(kept);
   });
   pairs.addParts(/*decided=*/true);
   return used;
