@@ -203,6 +203,11 @@ struct FewWords {
     const Four four = Four(words | one), least = Four(Words(lanes + first > count - 1) & greatest);
     return four > least ? four : least;
   }
+  static Four read(const std::uint32_t* row) {
+    Words words;
+    memcpy(&words, row, sizeof words);
+    return Four(words | one);
+  }
   static void write(const Four& four, std::uint32_t* to) {
     const Words words = Words(four) & ~one;
     memcpy(to, &words, sizeof words);
@@ -244,7 +249,7 @@ struct FewWords {
   }
 };
 
-// Sorts up to sixteen words into `to`, where sixteen are written. So many are read.
+// Sorts up to sixteen words into `to`. Sixteen are read, and eight written, or sixteen of more.
 inline void orderFew(const std::uint32_t* row, int count, std::uint32_t* to) {
   using Few = FewWords;
   Few::Four a = Few::read(row, 0, count), b = Few::read(row, 4, count);
@@ -267,43 +272,44 @@ inline void orderFew(const std::uint32_t* row, int count, std::uint32_t* to) {
   Few::write(b, to + 4);
 }
 
-// Merges two runs, none empty, from both ends: neither step waits for the other's comparison.
-inline void mergeRuns(const std::uint32_t* a, const std::uint32_t* a_end, const std::uint32_t* b,
-                      const std::uint32_t* b_end, std::uint32_t* to) {
-  const std::ptrdiff_t shorter = a_end - a < b_end - b ? a_end - a : b_end - b;
-  std::uint32_t* to_end = to + (a_end - a) + (b_end - b);
-  for (std::ptrdiff_t i = 0; i < shorter; ++i) {
-    const bool a_first = *a<*b, a_last = a_end[-1]> b_end[-1];
-    *to++ = a_first ? *a : *b;
-    a += a_first;
-    b += !a_first;
-    *--to_end = a_last ? a_end[-1] : b_end[-1];
-    a_end -= a_last;
-    b_end -= !a_last;
+// Merges two runs of so many words, sixteen or a multiple by a power of two.
+inline void mergeRuns(std::uint32_t* words, int run) {
+  using Few = FewWords;
+  for (int i = 0; i < run; i += 4) {
+    Few::Four a = Few::read(words + i), b = Few::read(words + 2 * run - 4 - i);
+    pick<3, 2, 1, 0>(b, b, &b);
+    Few::order(a, b);
+    pick<3, 2, 1, 0>(b, b, &b);
+    Few::write(a, words + i);
+    Few::write(b, words + 2 * run - 4 - i);
   }
-  while (to < to_end) *to++ = b == b_end || (a < a_end && *a < *b) ? *a++ : *b++;
+  // Each half rises and falls, in one order or the other, and so do its halves then.
+  for (int half = run / 2; half >= 8; half /= 2)
+    for (int i = 0; i < 2 * run; i += 4) {
+      if (i & half) continue;
+      Few::Four a = Few::read(words + i), b = Few::read(words + i + half);
+      Few::order(a, b);
+      Few::write(a, words + i);
+      Few::write(b, words + i + half);
+    }
+  for (int i = 0; i < 2 * run; i += 8) {
+    Few::Four a = Few::read(words + i), b = Few::read(words + i + 4);
+    pick<0, 2, 1, 3>(a, a, &a);
+    pick<0, 2, 1, 3>(b, b, &b);
+    Few::merge(a, b);
+    Few::write(a, words + i);
+    Few::write(b, words + i + 4);
+  }
 }
 
-// Sorts words by merging sorted sixteens. Returns where they are, in `row` or `room`; there sixteen
-// more words are written.
-inline std::uint32_t* orderSome(std::uint32_t* row, std::size_t count, std::uint32_t* room) {
-  for (std::size_t i = 0; i < count; i += group_size)
-    orderFew(row + i, static_cast<int>(count - i < group_size ? count - i : group_size), room + i);
-  std::uint32_t *from = room, *to = row;
-  for (std::size_t run = group_size; run < count; run *= 2) {
-    for (std::size_t i = 0; i < count; i += 2 * run) {
-      const std::size_t middle = i + run < count ? i + run : count;
-      const std::size_t end = i + 2 * run < count ? i + 2 * run : count;
-      if (middle == end)
-        memcpy(to + i, from + i, (end - i) * sizeof *to);
-      else
-        mergeRuns(from + i, from + middle, from + middle, from + end, to + i);
-    }
-    std::uint32_t* const merged = to;
-    to = from;
-    from = merged;
-  }
-  return from;
+constexpr std::size_t some_words = 64;  // fixed: from there on digits are faster
+
+// Sorts seventeen to 64 words into `to`, where 64 are written. Up to sixteen more are read.
+inline void orderSome(const std::uint32_t* row, int count, std::uint32_t* to) {
+  for (std::size_t i = 0; i < some_words; ++i) to[i] = FewWords::greatest & ~FewWords::one;
+  for (int i = 0; i < count; i += group_size) orderFew(row + i, count - i, to + i);
+  for (int run = group_size; run < count; run *= 2)
+    for (int i = 0; i < count; i += 2 * run) mergeRuns(to + i, run);
 }
 
 // Sorts words by digits of eight bits at most. Returns where they are, in `row` or `room`.
@@ -342,22 +348,25 @@ inline std::uint32_t* orderMany(std::uint32_t* row, std::size_t count, std::uint
 // Writes eight pairs at a time. What is beyond a row's end is overwritten by the next row.
 bool writeRows(const RowChunk& chunk, bool exact, std::uint64_t* pairs, std::uint64_t* pairs_end) {
   using Words = FourOf<std::uint32_t>::Type;
-  constexpr std::size_t some_words = 64;  // fixed: from there on digits are faster
   constexpr std::size_t step = 8;
   const RowChunk rows = chunk;  // what is written could change any other
   const std::uint32_t mark = exact ? 0 : 1;
-  alignas(64) std::uint32_t few[group_size] = {};
+  alignas(64) std::uint32_t few[group_size] = {}, some[some_words];
   Words any{};
   std::uint32_t* row = rows.words;
   for (std::size_t i = 0; i < rows.slots; ++i) {
     const std::size_t count = rows.words + rows.ends[i] - row;
     if (count == 0) continue;
     const std::uint32_t* ordered = few;
-    if (count <= group_size)
+    if (count <= group_size) {
       orderFew(row, static_cast<int>(count), few);
-    else
-      ordered = (count <= some_words ? orderSome : orderMany)(row, count, rows.room);
-    if (ordered == rows.room) memset(rows.room + count, 0, step * sizeof *rows.room);
+    } else if (count <= some_words) {
+      orderSome(row, static_cast<int>(count), some);
+      ordered = some;
+    } else {
+      ordered = orderMany(row, count, rows.room);
+      if (ordered == rows.room) memset(rows.room + count, 0, step * sizeof *rows.room);
+    }
     row += count;
     const std::uint32_t earlier = static_cast<std::uint32_t>(rows.first + i);
     for (std::size_t k = 0; k < count; k += step) {
