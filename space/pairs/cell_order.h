@@ -83,7 +83,7 @@ class BoxClasses {
 
   std::size_t chosen_for_ = 0;  // so many boxes
   int uses_ = 0;                // of the classes; 0: there are none
-  Real most_short_[3];  // the greatest extents of boxes that are not long
+  Real most_short_[3];          // the greatest extents of boxes that are not long
   std::vector<ClassSummary<Real>> classes_;
   std::array<std::uint8_t, shapes> index_of_;
 };
