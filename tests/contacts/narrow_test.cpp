@@ -1,7 +1,6 @@
 // dParallelSAPSpaceCollideContacts gives what a serial loop over dCollide gives.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <set>
 #include <string>
@@ -180,40 +179,6 @@ TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide al
   }
   dCleanupODEAllDataForThread();
   dCloseODE();
-}
-
-TEST_CASE("Boxes that are apart are asked for their flags, and not reduced", "[narrow]") {
-  static std::atomic<unsigned> asked, reduced;
-  static int flags;
-  const auto ask = [](void*, dGeomID, dGeomID) {
-    ++asked;
-    return flags;
-  };
-  const auto reduce = [](void*, dGeomID, dGeomID, dContactGeom*, int count) {
-    ++reduced;
-    return count;
-  };
-  constexpr unsigned kTouching = 70, kApart = 90;  // all overlap in their AABBs
-  dMatrix3 matrix;
-  dRFromEulerAngles(matrix, dReal(0.7), dReal(0.5), dReal(0.3));
-  const Space space;
-  for (unsigned i = 0; i < kTouching + kApart; ++i)
-    for (const dReal place : {dReal(0), i < kTouching ? dReal(0.5) : dReal(2.1)}) {
-      const dGeomID box = dCreateBox(space, 2, 2, 2);
-      dGeomSetRotation(box, matrix);
-      dGeomSetPosition(box, static_cast<dReal>(10 * i) + place, place, place);
-    }
-  for (const unsigned some_flags :
-       {4u, 0u, 0xffffu, 4u | dParallelSAPOnCallingThread, 4u | CONTACTS_UNIMPORTANT})
-    for (const int threads : kThreads) {
-      CAPTURE(some_flags, threads);
-      dParallelSAPSpaceSetNumThreads(space, threads);
-      asked = reduced = 0;
-      flags = static_cast<int>(some_flags);
-      parallelContacts(space, 0, {nullptr, ask, reduce, nullptr});
-      CHECK(asked == kTouching + kApart);
-      if (some_flags <= 0xffff) CHECK(reduced == (flags ? kTouching : 0));
-    }
 }
 
 TEST_CASE("Wrong arguments for contacts are assertions", "[narrow]") {

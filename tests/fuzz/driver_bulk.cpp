@@ -18,6 +18,7 @@ struct Blocks {
   std::map<std::size_t, Pairs> at;
   bool concurrent;
   std::size_t throws_at;  // the number of a block
+  unsigned mode;
   std::size_t pairs = 0;
   bool wrong = false;
   const std::thread::id caller = std::this_thread::get_id();
@@ -27,7 +28,8 @@ struct Blocks {
     Blocks& self = *static_cast<Blocks*>(data);
     const std::lock_guard<std::mutex> guard(self.lock);
     const bool in_turn = first == self.pairs && std::this_thread::get_id() == self.caller;
-    self.wrong = self.wrong || count == 0 || self.at.count(first) || !(self.concurrent || in_turn);
+    self.wrong = self.wrong || count == 0 || self.at.count(first) ||
+                 !(self.concurrent || in_turn) || FloatingPointMode::current() != self.mode;
     self.pairs += count;
     for (std::size_t i = 0; i < count; ++i) record(&self.at[first], pairs[i].o1, pairs[i].o2);
     if (self.at.size() == self.throws_at) throw Stop();
@@ -66,13 +68,14 @@ void Driver::collideBlocks() {
   bool finished = true;
   try {
     const FloatingPointMode scoped(mode());
+    blocks.mode = FloatingPointMode::current();
     dParallelSAPSpaceCollidePairs(id, &blocks, flags, Blocks::take);
   } catch (const Stop&) {
     finished = false;
   }
   dParallelSAPSpaceSetNumThreads(id, usual_threads);
   compare(space, finished ? blocks.joined() : collide(id));
-  if (blocks.wrong) fail("blocks that are empty, come twice or out of turn");
+  if (blocks.wrong) fail("blocks that are empty, come twice, out of turn or in another mode");
 }
 
 }  // namespace sap_test

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <mutex>
@@ -38,7 +39,8 @@ struct Call {
   Contacts contacts = {};
   std::size_t reports = 0;
   const std::thread::id caller = std::this_thread::get_id();
-  bool elsewhere = false;  // a callback that belongs to the caller's thread
+  bool elsewhere = false;             // a callback that belongs to the caller's thread
+  std::atomic<bool> needless{false};  // a pair without contacts was reduced
 
   std::size_t decide(dGeomID o1, dGeomID o2) const {
     return 7 * number(o1) + 11 * number(o2) + salt;
@@ -67,7 +69,9 @@ int flagsOfNext(void* data, dGeomID o1, dGeomID o2) {
 }
 
 int reduceAny(void* data, dGeomID o1, dGeomID o2, dContactGeom* contacts, int count) {
-  const std::size_t way = static_cast<const Call*>(data)->decide(o1, o2);
+  Call& call = *static_cast<Call*>(data);
+  const std::size_t way = call.decide(o1, o2);
+  if (count == 0) call.needless = true;
   if (way % 2) std::reverse(contacts, contacts + count);
   return static_cast<int>(way % static_cast<std::size_t>(count + 1));
 }
@@ -114,6 +118,7 @@ void decide(Decisions& decisions, Call& call, Call& other) {
 // What is wrong about a call that came to its end or not; "" if nothing is.
 std::string problemOf(const Call& call, bool finished, Contacts expected) {
   if (call.elsewhere) return "a callback ran in another thread";
+  if (call.needless) return "a pair without contacts was reduced";
   if (!finished) {
     const bool by_flags = call.interruption == Interruption::flags_throw;
     if (by_flags && !call.contacts.empty()) return "contacts reported after a callback threw";

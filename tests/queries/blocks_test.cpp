@@ -8,14 +8,12 @@
 #include <functional>
 #include <map>
 #include <mutex>
-#include <set>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
 #include "support/recorder.h"
@@ -37,7 +35,6 @@ struct Blocks {
   std::mutex lock;
   std::map<std::size_t, Pairs> at;
   std::vector<std::size_t> order;  // in which they came
-  std::set<std::thread::id> threads;
   std::function<void(std::size_t)> at_each = [](std::size_t) {};
 
   static void take(void* data, const dParallelSAPPair* pairs, std::size_t count,
@@ -48,14 +45,12 @@ struct Blocks {
       Pairs& block = self.at[first];
       for (std::size_t i = 0; i < count; ++i) record(&block, pairs[i].o1, pairs[i].o2);
       self.order.push_back(first);
-      self.threads.insert(std::this_thread::get_id());
     }
     self.at_each(first);
   }
   void collide(dSpaceID space, int flags) {
     at.clear();
     order.clear();
-    threads.clear();
     dParallelSAPSpaceCollidePairs(space, this, flags, take);
   }
   Pairs joined() const {
@@ -108,31 +103,6 @@ TEST_CASE("Blocks that the pairs fill exactly are followed by none", "[blocks]")
                 REQUIRE(of_frame.order.size() == (pairs + size - 1) / size);
               }
         }
-}
-
-TEST_CASE("Concurrent blocks are at work at the same time, in the caller's floating-point mode",
-          "[blocks]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(3000, seedOr(73)));
-  dParallelSAPSpaceSetNumThreads(space, 2);
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-  std::atomic<int> inside{0};
-  std::atomic<bool> met{false}, other_mode{false};
-  Blocks blocks;
-  const FloatingPointMode mode(FloatingPointMode::kUpward);
-  const unsigned own = FloatingPointMode::current();
-  blocks.at_each = [&](std::size_t) {
-    if (++inside == 2) met = true;
-    while (!met && std::chrono::steady_clock::now() < end) std::this_thread::yield();
-    if (FloatingPointMode::current() != own) other_mode = true;
-    --inside;
-  };
-  blocks.collide(space, dParallelSAPPairsConcurrent);
-  CHECK(met);
-  CHECK(!other_mode);
-  CHECK(blocks.threads.size() == 2);
-  CHECK(statsOf(space).threads == 2);
 }
 
 TEST_CASE("A callback that throws ends the call, on the calling thread", "[blocks]") {
