@@ -1,9 +1,6 @@
 // Meshes whose triangles change without a word to any space: dGeomTriMeshSetData tells none.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <string>
-#include <vector>
-
 #include "support/bounds.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
@@ -11,7 +8,6 @@
 #include "support/mesh.h"
 #include "support/ray_oracle.h"
 #include "support/recorder.h"
-#include "support/scenes.h"
 
 using namespace sap_test;
 
@@ -52,34 +48,6 @@ std::size_t toldBy(std::size_t call, dSpaceID space, dGeomID probe) {
 constexpr std::size_t kCalls = 7;
 
 }  // namespace
-
-TEST_CASE("Every call sees the triangles that a mesh got right before it, in spaces of any kind",
-          "[silent]") {
-  using Create = dSpaceID (*)(dSpaceID parent);
-  const Create kinds[] = {[](dSpaceID space) { return space; }, dSimpleSpaceCreate,
-                          dHashSpaceCreate, dParallelSAPSpaceCreate};
-  const Triangles triangles;
-  for (const Create outermost : kinds)
-    for (const Create innermost : kinds)
-      for (const std::size_t others : {0, 300}) {
-        const Space space;
-        World world(space);
-        world.addBoxes(denseCube(others, 1));
-        const dGeomID mesh = triangles.away.create(innermost(outermost(space)));
-        const dGeomID host = dCreateSphere(space, 1), probe = dCreateSphere(nullptr, 1);
-        for (const dGeomID geom : {host, probe}) dGeomSetPosition(geom, kHere, 0, 0);
-        std::size_t away[kCalls];
-        for (std::size_t call = 0; call < kCalls; ++call) away[call] = toldBy(call, space, probe);
-        for (std::size_t step = 0; step < 5 * kCalls; ++step) {
-          const bool here = step % 3 != 2;
-          const std::size_t call = (step + step / kCalls) % kCalls;
-          CAPTURE(&outermost - kinds, &innermost - kinds, others, step, call);
-          dGeomTriMeshSetData(mesh, triangles.at(here));
-          REQUIRE(toldBy(call, space, probe) == away[call] + here);
-        }
-        dGeomDestroy(probe);
-      }
-}
 
 TEST_CASE(
     "A mesh that moved and then got other triangles is found, whoever asked for AABBs between",
