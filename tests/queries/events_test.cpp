@@ -2,7 +2,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
@@ -61,24 +60,6 @@ TEST_CASE("While memory is given back no event comes twice and nothing is lost",
     }
     CHECK(least < most / 4);
   }
-}
-
-TEST_CASE("Events that are switched on begin what no other events have followed", "[events]") {
-  const Space space;
-  for (int i = 0; i < 2; ++i) dCreateSphere(space, 1);
-  constexpr int pairs = dParallelSAPEventPairs, touches = dParallelSAPEventTouches;
-  const auto begun = [&](int kinds) {
-    dParallelSAPSpaceSetEvents(space, kinds);
-    (void)parallelContacts(space, 1);
-    return std::pair(kinds & pairs ? int(begunOf(space).size()) : 0,
-                     kinds & touches ? int(begunTouchesOf(space).size()) : 0);
-  };
-  CHECK(begun(touches) == std::pair(0, 1));
-  CHECK(begun(pairs | touches) == std::pair(0, 0));
-  CHECK(begun(pairs) == std::pair(0, 0));
-  CHECK(begun(pairs | touches) == std::pair(0, 1));
-  CHECK(begun(0) == std::pair(0, 0));
-  CHECK(begun(pairs | touches) == std::pair(1, 1));
 }
 
 TEST_CASE("Touches that a callback switches on begin in the next collide", "[events]") {
