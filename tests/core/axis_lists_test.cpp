@@ -1,4 +1,4 @@
-// The lists of the method AxisLists, as plain arrays: kept, counted, and cut into parts.
+// The lists of the method AxisLists, as plain arrays, cut into parts.
 #include "space/paper/axis_lists.h"
 
 #include <algorithm>
@@ -63,36 +63,6 @@ std::vector<Pair> pairsOf(const AxisPart& part, const AxisChoice& axes) {
 }
 
 }  // namespace
-
-TEST_CASE("The pairs of each axis are counted as they are, before any are listed") {
-  const std::uint64_t seed = sap_test::seedOr(3);
-  INFO("seed " << seed);
-  for (const sap_test::BoxScene& scene : sap_test::boxScenes()) {
-    CAPTURE(scene.name);
-    const std::vector<sap_test::Box> made = scene.make(500, seed);
-    const Case wanted = makeCase(made, true, false);
-    AxisRows rows[3];
-    sortAxes(wanted.boxes, 2, rows);
-    std::uint64_t all = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      std::uint64_t pairs = 0;
-      for (std::size_t i = 0; i < made.size(); ++i)
-        for (std::size_t j = i + 1; j < made.size(); ++j)
-          pairs +=
-              made[i].low[axis] <= made[j].high[axis] && made[j].low[axis] <= made[i].high[axis];
-      REQUIRE(rows[axis].pairs() == pairs);
-      all += pairs;
-    }
-    AxisLists finder;
-    PairList list;
-    most_list_bytes = 4 * all - 1;
-    REQUIRE_THROWS_AS(finder.find(wanted.boxes, 2, list), ListsTooLong);
-    REQUIRE(finder.bytes() < 500 * 300);
-    most_list_bytes = 5 * all;
-    check(found(finder, wanted.boxes, 2, list), wanted);
-  }
-  most_list_bytes = 0;
-}
 
 TEST_CASE("Parts of a scene hold each pair once between them, in equal stretches") {
   const std::uint64_t seed = sap_test::seedOr(4);
