@@ -37,18 +37,6 @@ TEST_CASE("A thousand probes of a large space take a small part of dSimpleSpace'
   dSpaceDestroy(simple);
 }
 
-TEST_CASE("Geoms that are too many for one thread are found where they have moved", "[queries]") {
-  const Space space;
-  for (int i = 0; i < 20000; ++i)
-    dGeomSetPosition(dCreateSphere(space, 1), static_cast<dReal>(3 * i), 0, 0);
-  const dGeomID probe = dCreateSphere(nullptr, 1);
-  for (int i = 0; i < 20; ++i) CHECK(collide2(space, probe).size() == 1);
-  for (int i = 0; i < 4900; ++i)
-    dGeomSetPosition(dSpaceGetGeom(space, i), static_cast<dReal>(3 * i), 100, 0);
-  CHECK(collide2(space, probe).empty());
-  dGeomDestroy(probe);
-}
-
 // ThreadSanitizer sees it if two threads write the box of one of them.
 TEST_CASE("Geoms that moved twice since the last query are found where they are", "[queries]") {
   const Space space;

@@ -233,18 +233,6 @@ TEST_CASE("Rays through a large space within the space leave it its tree", "[ray
   }
 }
 
-TEST_CASE("A large space that left is not met where another one is", "[rays]") {
-  const Space space, elsewhere;
-  const dSpaceID small = dParallelSAPSpaceCreate(space), large = dParallelSAPSpaceCreate(space);
-  const dGeomID sphere = dCreateSphere(small, 1);
-  for (int i = 0; i < 400; ++i) dCreateSphere(large, 2);
-  const Rays rays(20, rayOf({0, 0, 5}, {0, 0, -1}, 10));
-  CHECK(nearestHits(space, rays, 0)[0].geom == dSpaceGetGeom(large, 0));
-  dSpaceRemove(space, asGeom(large));
-  dSpaceAdd(elsewhere, asGeom(large));  // in the place that the small one has
-  CHECK(nearestHits(space, rays, 0)[0].geom == sphere);
-}
-
 TEST_CASE(
     "Of equal hits in a sub-space that of its first geom counts, of those in sorting ones of "
     "the last one added",
