@@ -3,10 +3,8 @@
 #include <pthread.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <functional>
 #include <memory>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"

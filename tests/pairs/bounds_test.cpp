@@ -2,7 +2,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <limits>
-#include <utility>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"

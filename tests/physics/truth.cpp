@@ -1,5 +1,4 @@
 // Scenes with an analytic answer, and how far ODE is from it.
-#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <utility>
