@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <atomic>
 #include <limits>
+#include <new>
+#include <string>
 #include <type_traits>
 
 #include "../support/bounds.h"
@@ -14,15 +16,18 @@
 namespace sap_test {
 namespace {
 
-// A query filter that lets pass what ODE cannot collide, and something else for each query. It
-// notes whether it is asked about a space, or a geom beside the query, or in another floating-point
-// mode than the program's.
+// A query filter that lets pass what ODE cannot collide, and something else for each query, and may
+// throw in some of its calls. It notes whether it is asked about a space, or a geom beside the
+// query, or in another floating-point mode than the program's.
 template <class Batch>
 struct QueryFilter {
   const Batch& batch;
   std::size_t salt;
   std::atomic<bool> is_needless{false}, is_other_mode{false};
   unsigned mode = 0;
+  std::atomic<int> calls{0};
+  int first = 0, last = 0;  // of the calls that throw
+  bool lacks_memory = false;
 
   bool meets(std::size_t query, dGeomID geom) const {
     return isTame(geom, std::is_same_v<Batch, RayBatch>) &&
@@ -33,7 +38,33 @@ struct QueryFilter {
     if (dGeomIsSpace(geom) || !overlap(boundsOf(geom), self.batch.bounds(query)))
       self.is_needless = true;
     if (FloatingPointMode::current() != self.mode) self.is_other_mode = true;
+    if (const int call = self.calls++; call >= self.first && call < self.last) {
+      if (self.lacks_memory) throw std::bad_alloc();
+      throw call;
+    }
     return self.meets(query, geom);
+  }
+
+  void throwFromSomeCallOn(bool of_memory, bool for_good, Random& random) {
+    first = static_cast<int>(random.below(60));
+    last = for_good ? std::numeric_limits<int>::max() : first + 1;
+    lacks_memory = of_memory;
+    calls = 0;
+  }
+  // One exception leaves the call, and nothing is reported.
+  std::string problemOfThrowing(dSpaceID space, int flags, Random& random) {
+    const bool of_memory = random.chance(0.3);
+    throwFromSomeCallOn(of_memory, of_memory || random.chance(0.5), random);
+    bool has_left = false;
+    std::size_t reports = 0;
+    try {
+      batch.report(space, flags, [&](dGeomID) { ++reports; });
+    } catch (int) {
+      has_left = !of_memory;
+    } catch (const std::bad_alloc&) {
+      has_left = of_memory;
+    }
+    return has_left == (calls > first) && !(has_left && reports) ? "" : "a call whose filter threw";
   }
 };
 
@@ -92,12 +123,19 @@ void Driver::askBatch() {
     const int threads = dParallelSAPSpaceGetNumThreads(id);
     dParallelSAPSpaceSetNumThreads(id, 1 + static_cast<int>(random.below(7)));
     dParallelSAPSpaceSetQueryFilter(id, filter.ask, &filter);
+    // Where memory ends once, queries are answered one by one.
+    Random throwing(256 * round + salt);
+    if (throwing.chance(0.3)) filter.throwFromSomeCallOn(true, false, throwing);
     const auto got = batch.ask(id, flags);
+    std::string problem;
+    if (throwing.chance(0.3)) problem = filter.problemOfThrowing(id, flags, throwing);
+    filter.last = 0;
     dParallelSAPSpaceSetQueryFilter(id, nullptr, nullptr);
     dParallelSAPSpaceSetNumThreads(id, threads);
-    const std::string problem = difference(
-        got, batch.owed(id, membersOf(space), flags,
-                        [&](std::size_t i, dGeomID geom) { return filter.meets(i, geom); }));
+    if (problem.empty())
+      problem = difference(
+          got, batch.owed(id, membersOf(space), flags,
+                          [&](std::size_t i, dGeomID geom) { return filter.meets(i, geom); }));
     if (filter.is_needless) fail("a filter was asked about a space, or a geom beside the query");
     if (filter.is_other_mode) fail("a filter was asked in another floating-point mode");
     if (!problem.empty()) fail("queries of space " + std::to_string(space) + ": " + problem);

@@ -1,14 +1,11 @@
 // Batches of rays and of probes: the answers of a loop over dCollide, bit for bit, whichever thread
-// finds them, with a filter and without.
+// finds them.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
-#include <cstring>
 #include <limits>
-#include <new>
 #include <type_traits>
 #include <vector>
 
@@ -19,8 +16,6 @@
 #include "support/ode_errors.h"
 #include "support/overlap_oracle.h"
 #include "support/ray_oracle.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
 
 using namespace sap_test;
 
@@ -42,32 +37,6 @@ std::size_t requireOwed(dSpaceID space, const std::vector<dGeomID>& geoms, const
   }
   return Batch::meeting(owed);
 }
-
-// A filter that lets pass something else for each query and geom.
-bool mayMeet(std::size_t query, dGeomID geom) {
-  dReal bounds[6];
-  dGeomGetAABB(geom, bounds);
-  std::uint32_t bits;
-  std::memcpy(&bits, &bounds[0], sizeof bits);
-  return ((bits >> 7) + query + static_cast<std::size_t>(dGeomGetClass(geom))) % 3 != 0;
-}
-
-// Boxes, and a batch at them.
-template <class Batch>
-struct BoxesAndBatch {
-  const std::uint64_t seed;
-  Random random{seed};
-  const Space space = Space();
-  World world{space};
-  Batch batch;
-
-  BoxesAndBatch(std::uint64_t usual, std::size_t queries)
-      : seed(seedOr(usual)), batch(queries, random) {
-    world.addBoxes(denseCube(400, seed));
-    batch.moveTo(world.geoms());
-    dSpaceClean(space);
-  }
-};
 
 }  // namespace
 
@@ -118,89 +87,6 @@ TEMPLATE_TEST_CASE("Meshes, heightfields and users' classes are met alike by any
     }
     CHECK(calls[1] < calls[0]);
   }
-}
-
-TEMPLATE_TEST_CASE("A callback may throw, and ask again with a filter of its own",
-                   "[rays][overlaps][filters]", RayBatch, ProbeBatch) {
-  BoxesAndBatch<TestType> scene(541, 60);
-  const Space& space = scene.space;
-  World& world = scene.world;
-  auto& batch = scene.batch;
-  const auto filter = [](void* parity, std::size_t, dGeomID geom) {
-    return int(static_cast<int>(number(geom) % 4) != *static_cast<int*>(parity));
-  };
-  static int outside = 1, within = 2;
-  const auto owedTo = [&](int rest) {
-    return batch.owed(space, world.geoms(), 2, [rest](std::size_t, dGeomID geom) {
-      return static_cast<int>(number(geom) % 4) != rest;
-    });
-  };
-  const auto owed = owedTo(outside), owed_within = owedTo(within);
-  std::string problem;
-  std::size_t calls = 0;
-  dParallelSAPSpaceSetQueryFilter(space, filter, &outside);
-  batch.report(space, 2, [&](dGeomID) {
-    if (++calls % 8 != 1) return;
-    dParallelSAPSpaceSetQueryFilter(space, filter, &within);
-    problem += difference(batch.ask(space, 2), owed_within);
-    dParallelSAPSpaceSetQueryFilter(space, filter, &outside);
-    problem += difference(batch.ask(space, 2), owed);
-  });
-  CHECK(calls > 20);
-  CHECK(problem == "");
-  REQUIRE_THROWS_AS(batch.report(space, 2, [](dGeomID) { throw 1; }), int);
-  CHECK(difference(batch.ask(space, 2), owed) == "");
-  dGeomSetPosition(world.geoms()[0], 1, 1, 1);  // not locked any more
-  const dGeomID probe = dCreateSphere(nullptr, 100);
-  CHECK(collide2(space, probe).size() == world.geoms().size());  // which no filter is for
-  dGeomDestroy(probe);
-}
-
-TEMPLATE_TEST_CASE("A filter may throw: one exception leaves the call, and nothing is reported",
-                   "[filters]", RayBatch, ProbeBatch) {
-  BoxesAndBatch<TestType> scene(611, 100);
-  const Space& space = scene.space;
-  const World& world = scene.world;
-  auto& batch = scene.batch;
-  static std::atomic<int> calls, from, to;
-  static bool without_memory;
-  const auto setThrowing = [&](bool of_memory, int first, int last) {
-    without_memory = of_memory;
-    calls = 0;
-    from = first;
-    to = last;
-  };
-  const auto owed = batch.owed(space, world.geoms(), 1, mayMeet);
-  std::size_t reported = 0;
-  const auto report = [&] { batch.report(space, 1, [&](dGeomID) { ++reported; }); };
-  constexpr int kEnd = 1 << 30;
-  for (const int threads : {1, 7}) {
-    CAPTURE(threads);
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    dParallelSAPSpaceSetQueryFilter(
-        space,
-        [](void*, std::size_t query, dGeomID geom) -> int {
-          const int call = calls++;
-          if (call < from || call >= to) return mayMeet(query, geom);
-          if (without_memory) throw std::bad_alloc();
-          throw call;
-        },
-        nullptr);
-    for (const int last : {51, kEnd}) {
-      setThrowing(false, 50, last);
-      CHECK_THROWS_AS(report(), int);
-    }
-    // Then queries are answered one by one.
-    setThrowing(true, 50, 51);
-    CHECK(difference(batch.ask(space, 1), owed) == "");
-    CHECK(calls > 51);
-    setThrowing(true, 0, kEnd);
-    CHECK_THROWS_AS(report(), std::bad_alloc);
-    CHECK(reported == 0);
-    setThrowing(true, kEnd, kEnd);
-    CHECK(difference(batch.ask(space, 1), owed) == "");
-  }
-  dGeomSetPosition(world.geoms()[0], 1, 1, 1);  // not locked any more
 }
 
 TEST_CASE("Queries do not go through all geoms of a large space within the space",
