@@ -20,6 +20,7 @@
 #include "support/random.h"
 #include "support/ray_oracle.h"
 #include "support/sanitizers.h"
+#include "support/scenes.h"
 
 using namespace sap_test;
 using ode_parallel_sap::ThreadColliders;
@@ -55,21 +56,6 @@ TEST_CASE("No geom is moved while its contacts with heightfields are found") {
   CHECK(difference(parallelContacts(space, 8), expected) == "");
 }
 
-namespace {
-
-// A mesh in a geom transform, in the middle.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-dGeomID carriedMesh(dSpaceID space, dTriMeshDataID data) {
-  const dGeomID transform = dCreateGeomTransform(space);
-  dGeomTransformSetGeom(transform, dCreateTriMesh(nullptr, data, nullptr, nullptr, nullptr));
-  dGeomTransformSetCleanup(transform, 1);
-  return transform;
-}
-#pragma GCC diagnostic pop
-
-}  // namespace
-
 TEST_CASE("Meshes are collided by several threads, a space each, as by one after the other") {
   constexpr int kSpaces = 3, kFrames = 40;
   struct Own {
@@ -91,7 +77,9 @@ TEST_CASE("Meshes are collided by several threads, a space each, as by one after
     for (Own& own : all) {
       for (std::size_t i = 0; i < 60; ++i)
         own.geoms.push_back(own.scene.add(kinds[i % kinds.size()], 2, ++seed));
-      own.geoms.push_back(carriedMesh(own.space, dGeomTriMeshGetTriMeshDataID(own.geoms[0])));
+      const dGeomID carried = dCreateTriMesh(nullptr, dGeomTriMeshGetTriMeshDataID(own.geoms[0]),
+                                             nullptr, nullptr, nullptr);
+      own.geoms.push_back(createTransform(own.space, carried));
       Random random(seed);
       own.rays = raysAt(own.geoms, 60, random);
       dParallelSAPSpaceSetNumThreads(own.space, threads);

@@ -139,15 +139,25 @@ TEST_CASE("A callback that throws ends the call, on the calling thread", "[block
     }
 }
 
-TEST_CASE("Concurrent callbacks collide spaces that nobody else uses", "[blocks]") {
+TEST_CASE("Concurrent callbacks collide spaces that nobody else uses, and ask their own",
+          "[blocks]") {
   const Space space;
   World world(space);
   world.addBoxes(denseCube(3000, seedOr(77)));
-  dParallelSAPSpaceSetNumThreads(space, 3);
-  const Pairs expected = collide(space);
+  dParallelSAPSpaceSetNumThreads(space, 4);
+  const auto hits = [&] {
+    const dGeomID probe = dCreateBox(nullptr, 3, 3, 3);
+    setNumber(probe, 1000000);
+    dGeomSetPosition(probe, 4, 4, 4);
+    const Pairs pairs = collide2(space, probe);
+    dGeomDestroy(probe);
+    return pairs;
+  };
+  const Pairs expected = collide(space), owed = hits();
+  CHECK(owed.size() > 20);
   std::mutex lock;
   std::map<std::thread::id, dSpaceID> own;
-  std::atomic<int> wrong{0};
+  std::atomic<int> wrong{0}, asked{0};
   Blocks blocks;
   blocks.at_each = [&](std::size_t) {
     dSpaceID mine;
@@ -161,9 +171,14 @@ TEST_CASE("Concurrent callbacks collide spaces that nobody else uses", "[blocks]
       mine = entry;
     }
     wrong += collide(mine).size() != 300 * 299 / 2;
+    for (int i = 0; i < 50; ++i) wrong += hits() != owed;
+    ++asked;
   };
-  blocks.collide(space, dParallelSAPPairsConcurrent);
+  for (int frame = 0; frame < 10; ++frame) {
+    blocks.collide(space, dParallelSAPPairsConcurrent);
+    CHECK(difference(blocks.joined(), expected) == "");
+  }
   CHECK(wrong == 0);
-  CHECK(difference(blocks.joined(), expected) == "");
+  CHECK(asked > 50);
   for (const auto& [thread, mine] : own) dSpaceDestroy(mine);
 }

@@ -303,16 +303,11 @@ TEST_CASE("Another space may be asked about a geom that its own space brings up 
 TEST_CASE("Rays and probes of many threads may hit the same geom transforms", "[guests]") {
   const Space space;
   constexpr int kGeoms = 3, kThreads = 6;
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
   for (int i = 0; i < kGeoms; ++i) {
-    const dGeomID carried = dCreateBox(nullptr, 1, 1, 1), geom = dCreateGeomTransform(space);
+    const dGeomID carried = dCreateBox(nullptr, 1, 1, 1);
     dGeomSetPosition(carried, 0, 0, 5);
-    dGeomTransformSetGeom(geom, carried);
-    dGeomTransformSetCleanup(geom, 1);
-    dGeomSetPosition(geom, static_cast<dReal>(4 * i), 0, 0);
+    dGeomSetPosition(createTransform(space, carried), static_cast<dReal>(4 * i), 0, 0);
   }
-#pragma GCC diagnostic pop
   std::atomic<int> wrong{0};
   together(kThreads, [&](int) {
     const dGeomID ball = dCreateSphere(nullptr, dReal(0.75));
@@ -397,39 +392,6 @@ TEST_CASE("A swept space and one in it may be asked at once about geoms of each 
     REQUIRE(messages.all().empty());
     for (const std::size_t each : found) REQUIRE(each > 0);
   }
-}
-
-TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
-  const Space space;
-  dParallelSAPSpaceSetNumThreads(space, 4);
-  World world(space);
-  world.addBoxes(denseCube(3000, seedOr(911)));
-  struct Check {
-    dSpaceID space;
-    Pairs owed;
-    std::atomic<int> wrong{0}, asked{0};
-
-    static void ask(void* data, const dParallelSAPPair*, std::size_t, std::size_t) {
-      Check& own = *static_cast<Check*>(data);
-      const dGeomID probe = dCreateBox(nullptr, 3, 3, 3);
-      setNumber(probe, 1000000);
-      dGeomSetPosition(probe, 4, 4, 4);
-      for (int i = 0; i < 50; ++i) {
-        const Pairs got = collide2(asGeom(own.space), probe);
-        if (own.owed.empty()) own.owed = got;
-        own.wrong += got != own.owed;
-      }
-      dGeomDestroy(probe);
-      ++own.asked;
-    }
-  } check;
-  check.space = space;
-  Check::ask(&check, nullptr, 0, 0);
-  for (int frame = 0; frame < 10; ++frame)
-    dParallelSAPSpaceCollidePairs(space, &check, dParallelSAPPairsConcurrent, Check::ask);
-  CHECK(check.owed.size() > 20);
-  CHECK(check.wrong == 0);
-  CHECK(check.asked > 50);
 }
 
 TEST_CASE("A thread may ask within a callback of a frame in which a sub-space has moved",

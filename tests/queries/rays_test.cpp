@@ -42,15 +42,7 @@ TEST_CASE("Over heightfields the nearest of all hits counts, and none beside the
       World world(space);
       dGeomID field =
           dCreateHeightfield(way == carried ? nullptr : dSpaceID(space), data, way != fixed);
-      if (way == carried) {
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-        const dGeomID transform = dCreateGeomTransform(space);
-        dGeomTransformSetGeom(transform, field);
-        dGeomTransformSetCleanup(transform, 1);
-        field = transform;
-#pragma GCC diagnostic pop
-      }
+      if (way == carried) field = createTransform(space, field);
       world.take(field);
       if (way != fixed) dGeomSetPosition(field, dReal(0.3), dReal(0.1), dReal(-0.2));
       // In the ground, where ODE finds a contact of rays that meet nothing.

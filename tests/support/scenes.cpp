@@ -406,18 +406,6 @@ dGeomID createHeightfield(dSpaceID space) {
   return dCreateHeightfield(space, height_data, 1);
 }
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-dGeomID createTransform(dSpaceID space) {
-  const dGeomID carried = dCreateBox(nullptr, 1, dReal(0.5), 1);
-  dGeomSetPosition(carried, dReal(0.25), 0, 0);
-  const dGeomID geom = dCreateGeomTransform(space);
-  dGeomTransformSetGeom(geom, carried);
-  dGeomTransformSetCleanup(geom, 1);
-  return geom;
-}
-#pragma GCC diagnostic pop
-
 int rejectsUpperOnes(dGeomID, dGeomID, dReal bounds[6]) {
   return bounds[4] < 2;
 }
@@ -439,7 +427,13 @@ const std::vector<Shape>& shapes() {
        true},
       {"trimesh", createTriMesh, true},
       {"heightfield", createHeightfield, true},
-      {"geom transform", createTransform, true},
+      {"geom transform",
+       [](dSpaceID space) {
+         const dGeomID carried = dCreateBox(nullptr, 1, dReal(0.5), 1);
+         dGeomSetPosition(carried, dReal(0.25), 0, 0);
+         return createTransform(space, carried);
+       },
+       true},
       {"user class with AABBTest",
        [](dSpaceID space) {
          const dReal half = dReal(0.5);
@@ -458,6 +452,16 @@ const std::vector<Shape>& shapes() {
   };
   return all;
 }
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+dGeomID createTransform(dSpaceID space, dGeomID carried) {
+  const dGeomID geom = dCreateGeomTransform(space);
+  dGeomTransformSetGeom(geom, carried);
+  dGeomTransformSetCleanup(geom, 1);
+  return geom;
+}
+#pragma GCC diagnostic pop
 
 void releaseShapes() {
   if (mesh_data) dGeomTriMeshDataDestroy(mesh_data);

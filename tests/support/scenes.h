@@ -102,6 +102,8 @@ struct Shape {
   bool placeable;
 };
 const std::vector<Shape>& shapes();
+// A dGeomTransform that carries a geom and destroys it.
+dGeomID createTransform(dSpaceID space, dGeomID carried);
 // Frees the meshes and height fields that the shapes share; before dCloseODE.
 void releaseShapes();
 
