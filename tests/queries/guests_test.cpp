@@ -414,31 +414,6 @@ TEST_CASE("A thread may ask within a callback of a frame in which a sub-space ha
   }
 }
 
-TEST_CASE("A thread that asks while another one brings geoms up to date waits for it", "[guests]") {
-  static dGeomID asked, probe;
-  static std::thread second;
-  static std::size_t found;
-  const Space space;
-  asked = space.geom();
-  probe = createUserBox(nullptr, {10, 11, 0, 1, 0, 1});
-  const dGeomID moved = createUserBox(space, {0, 1, 0, 1, 0, 1});
-  CHECK(collide2(asked, probe).empty());
-  setUserBounds(moved, {10, 11, 0, 1, 0, 1});
-  setUserBoundsObserver([] {
-    if (second.joinable()) return;
-    second = std::thread([] {
-      if (dAllocateODEDataForThread(dAllocateMaskAll)) found = collide2(asked, probe).size();
-      dCleanupODEAllDataForThread();
-    });
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  });
-  CHECK(collide2(asked, probe).size() == 1);
-  second.join();
-  setUserBoundsObserver(nullptr);
-  CHECK(found == 1);
-  dGeomDestroy(probe);
-}
-
 #ifdef NDEBUG  // an assertion in debug builds
 TEST_CASE("A second thread that changes the space is reported once", "[guests]") {
   const Space space;
