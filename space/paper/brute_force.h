@@ -23,7 +23,6 @@ class BruteForce : public PairFinder {
 
  private:
   void packCells(const BoxSet& boxes);
-  int testAll(const BoxSet& boxes, std::uint64_t tests, int threads, PairList& pairs);
 
   Buffer<Group<Real>> cells_;                // in slot order
   std::vector<Buffer<std::uint32_t>> rows_;  // one a thread
