@@ -32,11 +32,6 @@ bool isLength(dReal value) {
   return value >= 0 && value <= std::numeric_limits<dReal>::max();
 }
 
-std::size_t give(const Buffer<dParallelSAPPairEvent>& events, const dParallelSAPPairEvent** pairs) {
-  *pairs = events.size() ? events.data() : nullptr;
-  return events.size();
-}
-
 // Spaces that are asked for events: those without say so.
 Pipeline& withPairs(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
   Pipeline& own = checked(space, caller).pipeline();
@@ -254,16 +249,6 @@ int dParallelSAPSpaceGetEvents(dSpaceID space) {
   return checked(space).pipeline().eventKinds();
 }
 
-size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space, const dParallelSAPPairEvent** pairs) {
-  dAASSERT(pairs);
-  return give(withPairs(space).events().begun(), pairs);
-}
-
-size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space, const dParallelSAPPairEvent** pairs) {
-  dAASSERT(pairs);
-  return give(withPairs(space).events().ended(), pairs);
-}
-
 size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space, const unsigned** numbers) {
   dAASSERT(numbers);
   const PairEvents& events = withPairs(space).events();
@@ -279,16 +264,6 @@ int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2, unsigned* 
   if (place == events.pairs()) return 0;
   *number = events.numbers()[place];
   return 1;
-}
-
-size_t dParallelSAPSpaceGetBegunTouches(dSpaceID space, const dParallelSAPPairEvent** touches) {
-  dAASSERT(touches);
-  return give(withTouches(space).touches().begun(), touches);
-}
-
-size_t dParallelSAPSpaceGetEndedTouches(dSpaceID space, const dParallelSAPPairEvent** touches) {
-  dAASSERT(touches);
-  return give(withTouches(space).touches().ended(), touches);
 }
 
 int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most) {
@@ -312,6 +287,13 @@ void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom) {
   own.pipeline().notify(geom);
 }
 
+#define EVENTS(get, with, list)                                      \
+  size_t get(dSpaceID space, const dParallelSAPPairEvent** events) { \
+    dAASSERT(events);                                                \
+    const Buffer<dParallelSAPPairEvent>& all = with(space).list();   \
+    *events = all.size() ? all.data() : nullptr;                     \
+    return all.size();                                               \
+  }
 #define GETTER(type, get, setting)            \
   type get(dSpaceID space) {                  \
     return checked(space).settings().setting; \
@@ -322,6 +304,10 @@ void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom) {
   }                                              \
   GETTER(int, get, setting)
 
+EVENTS(dParallelSAPSpaceGetBegunPairs, withPairs, events().begun)
+EVENTS(dParallelSAPSpaceGetEndedPairs, withPairs, events().ended)
+EVENTS(dParallelSAPSpaceGetBegunTouches, withTouches, touches().begun)
+EVENTS(dParallelSAPSpaceGetEndedTouches, withTouches, touches().ended)
 GETTER(int, dParallelSAPSpaceGetBackend, backend)
 GETTER(int, dParallelSAPSpaceGetMethod, method)
 GETTER(int, dParallelSAPSpaceGetNumThreads, threads)

@@ -57,7 +57,12 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
     stats.moved += update.facts().moved;
     if (plan.use_cache) cache.start(call.slots());
   }
-  noteUpdate(frame);
+  call.scene.noteClean();
+  const UpdateFacts& facts = update.facts();
+  for (const Slot slot : facts.newly_invalid) complaints.ofInvalid(call.geoms()[slot]);
+  stats.disabled = static_cast<std::size_t>(facts.disabled);
+  stats.invalid = static_cast<std::size_t>(facts.invalid);
+  stats.unbounded = static_cast<std::size_t>(facts.unbounded);
 
   // Where nothing changed the stage is shorter than reading the clock.
   if (!kept.isSame()) frame.begin(&dParallelSAPStats::extract_ms);
@@ -91,17 +96,6 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
     cache.validate(call.geoms(), update, plan.rules, candidates);
   }
   return pairs;
-}
-
-// Counts the geoms, whose boxes are up to date.
-void Pipeline::noteUpdate(Frame& frame) {
-  frame.call.scene.noteClean();
-  dxGeom* const* const geoms = frame.call.geoms();
-  const UpdateFacts& facts = stages_->geom_update.facts();
-  for (const Slot slot : facts.newly_invalid) complaints.ofInvalid(geoms[slot]);
-  frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
-  frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
-  frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
 }
 
 // The candidates were found, or `kept` and made those of this frame.
@@ -287,7 +281,14 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
     const int used =
         narrow_phase.run(pairs.list(), request, frame.plan.most_threads, call.manual_cleanup,
                          knows_touches ? events_->touches() : nullptr);
-    updateTouches(frame, pairs, narrow_phase);
+    // Touches that a callback of the call switched on begin in the next one.
+    if (touches_ && !call.scene.nested && pairs.knowsPlaces()) {
+      frame.begin(&dParallelSAPStats::events_ms);
+      if (!events_->hasEvents() || !pairs.isComplete() ||
+          !touches_->update(pairs, narrow_phase, *events_, frame.plan.rules,
+                            frame.plan.most_threads))
+        complaints.ofUnreportedEvents();
+    }
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
     if (!call.scene.nested && observers.isDue())
@@ -304,16 +305,6 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   else
     NarrowPhase::collideOneByOne(pairs, request);
   return endFrame(frame);
-}
-
-// Of a frame whose pairs have numbers and whose contacts are all known. Touches that the call
-// switched on begin in the next one.
-void Pipeline::updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found) {
-  if (!touches_ || frame.call.scene.nested || !pairs.knowsPlaces()) return;
-  frame.begin(&dParallelSAPStats::events_ms);
-  if (!events_->hasEvents() || !pairs.isComplete() ||
-      !touches_->update(pairs, found, *events_, frame.plan.rules, frame.plan.most_threads))
-    complaints.ofUnreportedEvents();
 }
 
 void Pipeline::turnEvents(int kinds) {

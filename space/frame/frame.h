@@ -169,7 +169,6 @@ class Pipeline {
   };
 
   const PairList& tryFindPairs(Frame& frame);
-  void noteUpdate(Frame& frame);
   void noteFound(Frame& frame, const Found& found, bool kept);
   const PairList& select(Frame& frame);
   void updateEvents(Frame& frame, const PairList& pairs, bool are_same);
@@ -184,7 +183,6 @@ class Pipeline {
   FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver, bool shows_pairs);
   bool updateSmallEvents(const FrameCall& call, unsigned pair_count);
   std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
-  void updateTouches(Frame& frame, const ContactPairs& pairs, const NarrowPhase& found);
   bool cleanMany(const Scene& scene);
 
   std::unique_ptr<Stages> stages_;

@@ -143,7 +143,8 @@ class ParallelSAPSpace::Use {
     for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < most;
          std::this_thread::yield()) {
       std::thread::id nobody;
-      if (space_.is_checked_.load(std::memory_order_acquire) && space_.isClean())
+      if (space_.is_checked_.load(std::memory_order_acquire) &&
+          !space_.needs_clean_.load(std::memory_order_acquire) && space_.silent_.areClean())
         return is_guest_ = true;
       if (space_.user_.compare_exchange_strong(nobody, std::this_thread::get_id()))
         return alone_ = true;
@@ -578,24 +579,19 @@ void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   runFrame([&](const FrameCall& frame) { return pipeline_.collidePairs(frame, request); });
 }
 
-// Has the geom of a query brought up to date by the space that it is in, or is.
-inline void ParallelSAPSpace::updateOther(dxGeom* geom) {
-  if (IS_SPACE(geom)) {
-    ParallelSAPSpace* const other = parallelSAPSpace(geom);
-    if (other) other->cleanGeoms();
-  } else if (any_swept.load(std::memory_order_relaxed)) {
-    ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space);
-    if (!other || other->swept_.idle()) return;
-    const Use lock(*other, Use::query, /*locks=*/1);
-    if (!lock.isGuest()) other->swept_.updateOne(geom, Slots::slotOf(geom), other->slots_.size());
-  }
-}
-
 // Brings the geom of a query up to date, as a call of the space that it is in: another thread may
 // be doing that. It may wait for that thread, so this space is up to date before. Else the threads
 // of two spaces could wait for each other.
 inline void ParallelSAPSpace::updateProbe(dxGeom* geom) {
-  updateOther(geom);
+  if (IS_SPACE(geom)) {
+    if (ParallelSAPSpace* const own = parallelSAPSpace(geom)) own->cleanGeoms();
+  } else if (any_swept.load(std::memory_order_relaxed)) {
+    ParallelSAPSpace* const own = parallelSAPSpace(geom->parent_space);
+    if (own && !own->swept_.idle()) {
+      const Use lock(*own, Use::query, /*locks=*/1);
+      if (!lock.isGuest()) own->swept_.updateOne(geom, Slots::slotOf(geom), own->slots_.size());
+    }
+  }
   dxSpace* around = geom->parent_space;
   while (around && !parallelSAPSpace(around)) around = around->parent_space;
   std::optional<Use> use;

@@ -124,11 +124,6 @@ class ParallelSAPSpace : public dxSpace {
     if (ever_swept_) updateSweptBounds();
     is_checked_.store(true, std::memory_order_release);
   }
-  // Whether no geom is dirty.
-  bool isClean() const {
-    return !needs_clean_.load(std::memory_order_acquire) && silent_.areClean();
-  }
-  static inline void updateOther(dxGeom* geom);
   inline void updateProbe(dxGeom* geom);
   void updateSweptBounds();
   void cleanAll();

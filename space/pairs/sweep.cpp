@@ -73,17 +73,6 @@ bool Sweep<Real>::areGoodCells() {
 }
 
 template <class Real>
-void Sweep<Real>::planTasks(int threads) {
-  tasks_.clear();
-  const std::size_t trees = trees_.count();
-  const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
-  const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_searches);
-  for (std::size_t own = 0; own < trees; ++own)
-    for (std::size_t begin = 0, cells = trees_.cells(own); begin < cells; begin += task_cells)
-      tasks_.push_back({trees_.views(), trees, own, begin, std::min(begin + task_cells, cells)});
-}
-
-template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
   const ScopedMode mode(exactMode());
   packed_ = nullptr;
@@ -109,7 +98,13 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs, const P
   const ScopedMode mode(exactMode());
   pairs.clear(1);
   build(boxes, threads, pairs.parts[0]);
-  planTasks(threads);
+  tasks_.clear();
+  const std::size_t trees = trees_.count();
+  const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
+  const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_searches);
+  for (std::size_t own = 0; own < trees; ++own)
+    for (std::size_t begin = 0, cells = trees_.cells(own); begin < cells; begin += task_cells)
+      tasks_.push_back({trees_.views(), trees, own, begin, std::min(begin + task_cells, cells)});
   rows_.start(boxes.size, threads);
   const int used =
       runChunks(sweeping, threads, tasks_.size(), 1, [&](const Range& range, int thread) {

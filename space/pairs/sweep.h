@@ -43,7 +43,6 @@ class Sweep : public PairFinder {
   bool areGoodCells();
   template <class Use>
   void forSpans(Use use) const;
-  void planTasks(int threads);
 
   CellOrder<Real> order_;
   CellTrees<Real> trees_;
