@@ -209,7 +209,6 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     last_queries_ = queries_;
     queries_ = 0;
   }
-  asked_ = true;
   idle_frames_ = 0;
   changes_ = 0;
   queries_ += static_cast<double>(queries);

@@ -35,7 +35,6 @@ class GeomTree {
   enum Kind { bounded, other, kinds };
 
   void changed(std::size_t slot) {
-    if (!asked_) return;
     ++changes_;
     if (tree_.all_changed) return;
     Buffer<Slot>& changed = tree_.changed;
@@ -146,7 +145,6 @@ class GeomTree {
   mutable std::atomic<int> readers_{0};
   std::atomic<bool> is_open_{false};
   int idle_frames_ = 0;
-  bool asked_ = false;       // there was a query
   double changes_ = 0;       // since the last query
   double queries_ = 0;       // since a great part of the geoms changed
   double last_queries_ = 0;  // between the two great changes before
