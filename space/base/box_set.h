@@ -1,5 +1,4 @@
-// The boxes of one frame: what the update stage hands to the extraction, on whatever back end; and
-// sets of slots.
+// The boxes of one frame, from the update stage to the extraction on any back end; sets of slots.
 #pragma once
 
 #include <cstdint>
@@ -46,8 +45,7 @@ inline BasicBox<Real> boxOfBounds(const Bound* bounds) {
   return {{bounds[0], bounds[2], bounds[4]}, {bounds[1], bounds[3], bounds[5]}};
 }
 
-// ODE's category and collide bits. Two geoms may collide if either's category meets the other's
-// collide bits.
+// ODE's bits. Two geoms may collide if either's category meets the other's collide bits.
 struct FilterBits {
   std::uint32_t category, collide;
 };
@@ -128,8 +126,7 @@ class SlotSet {
       if (word) slots += __builtin_popcountll(word);  // a function call, and most words are empty
     return slots;
   }
-  // Words of slots, for loops that share the work: threads may insert and erase in words of their
-  // own.
+  // Words of slots, for loops that share the work: threads may change words of their own.
   std::size_t words() const { return words_.size(); }
   std::uint64_t word(std::size_t i) const { return words_[i]; }
   void setWord(std::size_t i, std::uint64_t slots) { words_[i] = slots; }

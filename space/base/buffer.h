@@ -58,8 +58,7 @@ class Storage {
   using Watcher = void (*)(void* data);
   inline static std::atomic<Watcher> before_unmapping{nullptr};
 
-  // Whether storage of a size (that of sizeFor()) is the system's own pages. Sanitizers watch the
-  // heap only.
+  // Whether storage of a size (of sizeFor()) is the system's own pages. Sanitizers watch the heap.
   static bool isMapped(std::size_t size) {
 #if !defined(__linux__) || defined(__SANITIZE_ADDRESS__)
     return (void)size, false;
@@ -120,8 +119,7 @@ class Buffer {
     resize(size);
     std::fill(data_ + before, data_ + size, value);
   }
-  // Sets the size; the contents are lost if the storage has to grow. As nothing is copied then, it
-  // grows by little.
+  // Sets the size. Storage that grows loses its contents; as nothing is copied, it grows by little.
   void resizeDiscarding(std::size_t size) {
     if (size > capacity_) {
       size_ = 0;

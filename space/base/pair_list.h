@@ -1,5 +1,4 @@
-// Pairs of slots, the lists in which the extraction hands them on, and what every method of finding
-// them implements.
+// Pairs of slots, lists of them, and the interface of every method that finds them.
 #pragma once
 
 #include <algorithm>
@@ -138,8 +137,7 @@ inline bool passesFilters(const BoxSet& boxes, Slot a, Slot b) {
   return !boxes.filter_bodies || !boxes.bodies[a] || boxes.bodies[a] != boxes.bodies[b];
 }
 
-// Writes the pair of two slots whose boxes overlap, if it passes the filters, to *to. Returns what
-// comes after it.
+// Writes the pair of two overlapping boxes that pass the filters to *to. Returns what follows it.
 inline Pair* writePair(const BoxSet& boxes, Slot a, Slot b, Pair* to) {
   if (!passesFilters(boxes, a, b)) return to;
   *to = a < b ? makePair(a, b) : makePair(b, a);
@@ -148,8 +146,7 @@ inline Pair* writePair(const BoxSet& boxes, Slot a, Slot b, Pair* to) {
   return to + 1;
 }
 
-// The most bytes that the paper's lists of a scene may take, on each device. 0, but in tests: half
-// of what is free.
+// The most bytes of the paper's lists, on each device. 0, but in tests: half of what is free.
 inline std::atomic<std::uint64_t> most_list_bytes{0};
 
 // They need more memory than they may take. Both in bytes.

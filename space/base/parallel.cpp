@@ -67,8 +67,7 @@ struct Attributes {  // with OpenMP's size of a stack
   ~Attributes() { pthread_attr_destroy(&of_thread); }
 };
 
-// So many threads leave half of the address space to all else. Those that do nothing show only that
-// there is room for stacks.
+// So many threads leave half of the address space to all else. Idle ones only show room for stacks.
 std::uint64_t threadsInAddressSpace(const Attributes& attributes) {
   constexpr std::uint64_t heap = 64 << 20;  // fixed: what glibc keeps free for that of a thread
   std::size_t stack = 0;
@@ -151,8 +150,7 @@ class Job {
     if (gate_.fetch_sub(1) == 1) caller_.wake();
     return opened;
   }
-  // Wakes others and takes members until none is left: its own first, whose data it has in its
-  // cache.
+  // Wakes others and takes members until none is left, first its own, whose data is in its cache.
   void work(int thread, Sleeper* sleepers) {
     for (int next = fan * thread + 1; next <= fan * thread + fan && next < members_.count; ++next)
       sleepers[next].wake();
@@ -311,8 +309,7 @@ class Workers {
     }
   }
 
-  // More than passes between two regions of a frame. A round number: two or ten times as long made
-  // no difference on 16 cores.
+  // A round number, more than passes between two regions of a frame.
   static constexpr std::chrono::microseconds longest_watch{500};
 
   Job jobs_[8];  // where more spaces collide at once than that, cores are short anyway

@@ -61,8 +61,7 @@ int threadsToBeHad(int wanted);
 using ThreadShortageFunction = void(int granted, int wanted);
 inline std::atomic<ThreadShortageFunction*> on_thread_shortage{nullptr};
 
-// What a thread of a team takes at a time of `work`: `usual`, but in tests a quarter of its share
-// where that is less.
+// What a thread takes at a time of `work`: `usual`, but in tests at most a quarter of its share.
 inline std::size_t chunkOf(std::uint64_t work, std::size_t usual, int team) {
   const std::uint64_t least = test_grain.load(std::memory_order_relaxed);
   if (least == 0) return usual;

@@ -18,8 +18,7 @@ constexpr std::size_t tasks_a_thread = 16;
 // Pairs that a thread takes at a time where all are alike.
 constexpr std::size_t chunk_pairs = 4096;
 
-// Cells, in whole nodes of a tree, or changed boxes that a thread takes at a time: few, since some
-// meet far more than others.
+// Cells, in whole nodes, or changed boxes that a thread takes at a time: some meet far more.
 constexpr std::size_t chunk_searches = 64;
 
 // How far ahead of its use something that lies anywhere in memory is prefetched.
@@ -64,8 +63,7 @@ constexpr std::size_t compare_distance = 4 * prefetch_distance;
 // By how much cells may have grown on average.
 constexpr double most_growth = 0.4;
 
-// Cells that drift through each other without growing are found out only by cutting anew, after
-// this many frames.
+// Cells that drift through each other without growing show when cut anew: after so many frames.
 constexpr int longest_reuse = 32;
 
 // Regions that boxes are dealt into: their counters stay within the second-level cache.

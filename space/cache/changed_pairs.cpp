@@ -11,8 +11,7 @@ namespace {
 // Pairs that are tested before one of them is.
 constexpr std::ptrdiff_t step = 8;  // fixed: a line of the cache
 
-// A round number: kept pairs that a thread merges at a time; parts that have grown to twice that
-// are cut.
+// A round number: kept pairs that a thread merges at a time; parts of twice that are cut.
 constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
 Region merging("pair merge: parts");

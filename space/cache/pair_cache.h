@@ -46,11 +46,9 @@ class PairCache {
   // A frame begins. Decides what it keeps, and brings that up to date but for the pairs.
   Kept begin(bool may_keep, const GeomTree::Geoms& geoms, const PairRules& rules, int threads,
              SharedPart<GeomTree>& tree, GeomUpdate& geom_update, dParallelSAPStats& stats);
-  // The boxes of all geoms are up to date, and the next frame may keep them. Changes count from now
-  // on.
+  // All boxes are up to date, and the next frame may keep them. Changes count from now on.
   void start(std::size_t slots);
-  // Makes `pairs` of the last frame those of this one: new ones are kept by the test. Returns the
-  // number of threads used.
+  // Makes the last frame's `pairs` this one's; the test keeps new ones. Returns the threads used.
   int renew(const Kept& kept, const GeomTree::Geoms& geoms, const GeomUpdate& geom_update,
             const PairTest& test, int threads, PairList& pairs, dParallelSAPStats& stats);
   // The frame comes to its report.

@@ -56,8 +56,7 @@ enum class Shape {
 };
 
 Shape shapeOf(dxGeom* geom) {
-  // dCollide would write the pose of an offset geom; a space has brought it up to date, but a pair
-  // may come from elsewhere.
+  // dCollide would write the pose of an offset geom. A pair may come from outside of a space.
   if (geom->gflags & GEOM_POSR_BAD) return Shape::Other;
   switch (geom->type) {
     case dSphereClass:
@@ -75,8 +74,7 @@ Shape shapeOf(dxGeom* geom) {
                                                                                   : Shape::Other;
     case dHeightfieldClass:
       return Shape::Heightfield;
-    // A geom transform moves the geom that it holds for a while. Classes of the user's: nobody
-    // knows.
+    // A geom transform moves the geom that it holds for a while. User classes may do anything.
     default:
       return Shape::Other;
   }

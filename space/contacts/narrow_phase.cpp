@@ -25,8 +25,7 @@ std::size_t chunkFor(std::size_t pairs, int team) {
                                  most);
 }
 
-// Appends the contacts of a pair, by the program's ODE or the thread's own collider, and returns
-// how many they are.
+// Appends the contacts of a pair, by the program's ODE or its own collider. Returns their number.
 std::uint32_t appendContacts(const dParallelSAPPair& pair, int flags, const ContactRequest& request,
                              Buffer<dContactGeom>& contacts, ThreadCollider* own = nullptr) {
   const std::size_t size = contacts.size();

@@ -55,8 +55,7 @@ class NarrowPhase {
   // callbacks throw. `touches`: by pair, or null.
   int run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request, int threads,
           bool manual_cleanup, const Touch* touches = nullptr);
-  // Calls the contact callback for all pairs of the last run that touch and whose geoms are still
-  // there, in their order.
+  // Calls the contact callback for pairs of the last run that touch and are still there, in order.
   void report(ContactPairs& pairs, const ContactRequest& request);
 
   // Of the last run: the contacts of the pair at a place, and of all pairs.
@@ -69,8 +68,7 @@ class NarrowPhase {
     return {shares_[found.thread].contacts.data() + found.first, found.count};
   }
   bool touches(std::size_t pair) const { return found_[pair].count != 0; }
-  // Ascending, if run() got touches: the pairs that have a touch and none now, or the other way
-  // round.
+  // Ascending, if run() got touches: the pairs that have a touch and none now, or conversely.
   const Buffer<Touch>& changed() const { return changed_; }
   std::size_t contacts() const;
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_, changed_); }

@@ -18,8 +18,7 @@ Order orderOf(int rank, double gain, dReal depth = 0) {
   return {rank, -gain, -depth};
 }
 
-// Puts the best of the contacts [place, count), the first of equals, at `place`, before those that
-// it overtakes.
+// Puts the first of the best contacts [place, count) at `place`, before those that it overtakes.
 template <class OrderOf>
 void chooseBest(dContactGeom* contacts, int place, int count, OrderOf order_of) {
   int best = place;

@@ -25,8 +25,7 @@ bool isStill(dBodyID body, dReal speed, dReal turn) {
          dCalcVectorLength3(dBodyGetAngularVel(body)) <= turn;
 }
 
-// Whether a body would sleep but for a kinematic one that stands still: ODE wakes what touches an
-// enabled body.
+// Whether a body would sleep but for a still kinematic one: ODE wakes what touches an enabled body.
 bool isKeptAwake(dBodyID body, dBodyID other) {
   return body && other && dBodyIsKinematic(other) && dBodyIsEnabled(other) &&
          !dBodyGetAutoDisableFlag(other) && isStill(other, 0, 0) && !dBodyIsKinematic(body) &&

@@ -80,8 +80,7 @@ struct Found {
 
 class Extraction {
  public:
-  // Makes `pairs` those of the boxes that overlap and that the test keeps. Throws std::bad_alloc
-  // where memory ends.
+  // Makes `pairs` those of overlapping boxes that the test keeps. Throws std::bad_alloc.
   Found find(const BoxSet& boxes, ExtractionPlan plan, const PairTest& test, PairList& pairs) try {
     Found found;
     found.method = plan.method;

@@ -58,8 +58,7 @@ class DeviceChoice {
     return {best, false};
   }
 
-  // What a frame took to find its pairs, on `devices`, which are others than decided where some
-  // failed.
+  // What a frame took to find its pairs on `devices`, fewer than decided if some failed.
   void learn(const Decision& decision, int devices, std::size_t boxes, std::size_t pairs,
              double ms) {
     if (boxes == 0) return;

@@ -127,8 +127,7 @@ const PairList& Pipeline::select(Frame& frame) {
   return lists.selected;
 }
 
-// The pairs of a frame within a callback are no events. `are_same`: all are those of the last
-// frame.
+// Pairs of a frame within a callback are no events. `are_same`: all are those of the last frame.
 void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) {
   if (!events_ || frame.call.scene.nested) return;
   if (are_same && events_->updateSame()) return;

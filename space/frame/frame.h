@@ -1,5 +1,4 @@
-// dSpaceCollide, dParallelSAPSpaceCollideContacts and dParallelSAPSpaceCollidePairs: a frame and
-// its stages.
+// A frame and its stages: dSpaceCollide, dParallelSAPSpaceCollideContacts and -CollidePairs.
 #pragma once
 
 #include <cstddef>
@@ -39,8 +38,7 @@ struct LargeLists {
   }
 };
 
-// The lists of a frame. A frame within a callback has others. Those of all other frames are the
-// same from frame to frame.
+// The lists of a frame, the same from frame to frame. A frame within a callback has others.
 struct FrameLists {
   SmallLists small;
   std::unique_ptr<LargeLists> large;  // made when a frame first needs them

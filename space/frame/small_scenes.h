@@ -25,8 +25,7 @@ struct PlacePair {
   }
 };
 
-// What a small frame finds: not on the stack, which may be small, and deep with calls within
-// callbacks.
+// What a small frame finds: not on the stack, which may be small, and deep in nested callbacks.
 struct SmallLists {
   Buffer<dxGeom*> active;   // the geoms that take part
   Buffer<PlacePair> pairs;  // of places in these: the boxes that overlap

@@ -27,8 +27,7 @@ namespace ode_parallel_sap {
 
 class Complaints {
  public:
-  // Where there is no memory to note that it was said, rather once more than not at all. Queries
-  // may say it on any thread.
+  // Said again where there is no memory to note that it was said. Queries say it on any thread.
   void ofInvalid(const dxGeom* geom) {
     static std::mutex mutex;
     bool first = true;
@@ -104,8 +103,7 @@ inline double milliseconds(Clock::time_point begin, Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - begin).count();
 }
 
-// The counts of a small frame, which has no other statistics but times; so small themselves that
-// they fit registers.
+// The counts of a small frame, which has no other statistics but times. They fit registers.
 struct FrameCounts {
   unsigned geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
            pairs = 0;
@@ -221,8 +219,7 @@ class Statistics {
     *last_ = frame;
     last_->threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
   }
-  // The same of a small frame. Few words are written: more would be a good part of a frame of two
-  // geoms.
+  // The same of a small frame, in few words: more would be a good part of a frame of two geoms.
   void noteSmall(const FrameCounts& counts) {
     last_was_small_ = true;
     small_.counts = counts;
@@ -240,8 +237,7 @@ class Statistics {
     return pairs;
   }
 
-  // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays or probes: summed only. Any
-  // thread may note these.
+  // Summed only, on any thread: dSpaceCollide2 with its callbacks, batches of rays or probes.
   bool timesQueries() const { return sums_ != nullptr; }
   enum QueryBy { ray, geom, other };  // other: no batch does it
   void noteQuery(QueryBy by, double ms) {
@@ -259,8 +255,7 @@ class Statistics {
     addQueries([=](FrameSums& sums) { sums.probes += probes, sums.probes_ms += ms; });
   }
 
-  // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
-  // few geoms.
+  // Counts a small frame. True: it is timed. The clock takes longer than colliding a few geoms.
   bool beginSmallFrame() {
     return sums_ || (times_wanted_ && small_frames_++ % timed_interval == 0);
   }

@@ -1,5 +1,4 @@
-// Which geoms of a space began and ceased to touch: whose contacts were reported. Sees ODE's
-// private headers.
+// Which geoms of a space began and ceased to have contacts. Sees ODE's private headers.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
@@ -72,8 +71,7 @@ class TouchEvents {
   static void giveBack(Buffer<Within>& touches, PairNumbers& pool, bool all);
 
   Buffer<PairEvents::Event> begun_, ended_;
-  // Places of the space's own pairs: those that change, among them those whose touches outlived
-  // their pairs.
+  // Places of the space's own pairs that change, and of those whose touches outlived their pairs.
   Buffer<Number> changed_, again_;
   Buffer<Within> within_, next_within_;  // between two updates, next_within_ holds the last ones
   bool outlive_ = false;                 // any of within_

@@ -67,8 +67,7 @@ inline BodyKey keyOf(const dxBody* body) {
   return reinterpret_cast<std::uintptr_t>(body);
 }
 
-// All bits as 32, of which the highest stands for all above it, too: a match of the originals is
-// always a match of these.
+// All bits as 32, the highest for all above it, too: a match of the originals matches here.
 inline std::uint32_t foldBits(unsigned long bits) {
   const std::uint64_t wide = bits;
   return static_cast<std::uint32_t>(wide) | (wide >> 32 ? std::uint32_t{1} << 31 : 0);
@@ -171,8 +170,7 @@ inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdateFacts& fa
   }
   const bool resting = rules.isResting(geom);
   boxes.bodies[slot] = resting ? resting_body : keyOf(geom->body);
-  // Where silent changes are announced, a step may still put an awake body to sleep; one that a
-  // step wakes is moved by it.
+  // Even where changes are announced, a step may put a body to sleep. One that it wakes moves.
   const bool watched =
       rules.notified ? rules.skip_asleep && geom->body && !resting : !resting || geom->body;
   SlotState state = (watched ? 0 : unwatched_state) | (IS_SPACE(geom) ? space_state : 0) |

@@ -76,8 +76,7 @@ __attribute__((noinline)) inline bool areClearByPlane(const dxGeom* a, const dxG
   return isClearOf(a, b) || isClearOf(b, a);
 }
 
-// What the user sets, and which two geoms are a pair by that and ODE's rules. The AABBTest
-// functions are not called.
+// What the user sets, and which two geoms are a pair by that and ODE's rules, AABBTest apart.
 struct PairRules {
   bool skip_static = false;  // no pairs of geoms without bodies
   bool skip_asleep = false;  // no pairs whose bodies are all disabled

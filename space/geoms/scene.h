@@ -51,8 +51,7 @@ class Slots {
     place(geom, size() - 1);
   }
   dxGeom** tomeOf(const dxGeom* geom) const { return tomes_[slotOf(geom)]; }
-  // `unlink` takes the geom out of that list, as ODE does it. With `keep_size` the next geom gets
-  // none of the slots of now.
+  // `unlink` takes the geom out of ODE's list. With `keep_size` the next geom gets no slot of now.
   template <class Unlink>
   void remove(dxGeom* geom, bool keep_size, Unlink unlink) {
     const Slot slot = slotOf(geom);
@@ -127,8 +126,7 @@ class Edits {
 
   // A geom came or left.
   void noteChange() { last_change_ = now_; }
-  // Something changed in the sub-space of a slot, at any depth; or a geom came there, or is about
-  // to leave.
+  // In the sub-space of a slot, at any depth, something changed, a geom came or is about to leave.
   void noteWithin(const Geoms& geoms, Slot slot);
   void noteCame(const Geoms& geoms, Slot slot, dxGeom* geom);
   void noteLeaving(const Geoms& geoms, Slot slot, const dxGeom* geom);
@@ -172,8 +170,7 @@ class Edits {
     std::vector<Stamped> spaces;  // it and those in it, the outer ones first
   };
 
-  // ODE's enumerator of a space, which each change of its list resets and dSpaceGetGeom(), by its
-  // index, takes for none.
+  // ODE's enumerator, which each change of the list resets. dSpaceGetGeom() ignores such an index.
   static bool isStamped(const dxSpace* space) {
     return space->current_geom == space && space->current_index < -1;
   }

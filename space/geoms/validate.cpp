@@ -39,8 +39,7 @@ void GeomUpdate::validate(dxGeom* const* geoms) const {
     if (geom && packer_.rules.notified && packer_.changedSilently(geom, slot, known, boxes_))
       continue;
     const SlotState state = packer_.pack(geom, slot, unread, anew);
-    // A geom at rest may be disabled unseen. One at rest, or disabled, is watched on when it loses
-    // its body.
+    // A geom at rest may be disabled unseen. It, or a disabled one, is watched on without its body.
     const bool rests = geom && boxes_.bodies[slot] == resting_body && !packer_.rules.notified;
     const int may_differ = (rests ? disabled_state : 0) |
                            (rests || state & no_box_state ? ~known & unwatched_state : 0);

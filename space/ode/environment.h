@@ -10,8 +10,7 @@ namespace ode_parallel_sap {
 
 // Passes a text to dMessage, once in a process: each space reads the environment.
 void complainOnce(const std::string& text);
-// The names that a variable may have, by their numbers; `value` where it is not set. Complains to
-// dMessage of others.
+// The number of the name that a variable has, `value` if it is not set. Complains of others.
 int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value);
 constexpr std::initializer_list<const char*> notified_modes = {"0", "1", "check"};
 

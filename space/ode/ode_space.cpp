@@ -36,8 +36,7 @@ bool odeAsserts() {
   return asserts;
 }
 
-// Spaces that are to print their sums, when they end or the process does. They may outlive all
-// else.
+// Spaces that print their sums when they or the process end. They may outlive all else.
 struct Printing {
   std::mutex mutex;
   std::unordered_set<const ParallelSAPSpace*> spaces;
@@ -84,8 +83,7 @@ class ParallelSAPSpace::Use {
  public:
   enum Of { change, query };
 
-  // With `locks` of 1 the space is locked against changes to its contents, until it is left in
-  // whatever way.
+  // With `locks` of 1 the contents are locked against changes until it is left in whatever way.
   explicit Use(ParallelSAPSpace& space, Of of = change, int locks = 0)
       : space_(space), locks_(locks) {
     const std::thread::id self = std::this_thread::get_id();
@@ -528,8 +526,7 @@ inline GeomTree* ParallelSAPSpace::treeOf(const Use& use) {
   return use.isGuest() ? tree_.get() : tree_.made();
 }
 
-// Without a part of its own a call has another one. That is on the stack of no other call: a
-// callback may need that.
+// Without a part of its own a call has another one, which takes stack in that case alone.
 template <class Part, class Run>
 auto ParallelSAPSpace::with(Part* own, Run run) {
   const auto withOther = [&]() __attribute__((noinline)) {
@@ -654,8 +651,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   if (timed) pipeline_.statistics.noteQuery(by, milliseconds(begin, Clock::now()));
 }
 
-// By the tree where queries come often enough to pay for it. False without memory. Not inline
-// either.
+// By the tree where queries come often enough. False without memory. Not inline either.
 __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
                                                           QueryLists& lists) {
   try {

@@ -74,8 +74,7 @@ void makeDirty(dxSpace* space, bool marking, const dxSpace* end = nullptr) {
   }
 }
 
-// Where there is no memory to list them. No list is put into another order while it is gone
-// through.
+// Where there is no memory to list them. Lists keep their order while they are gone through.
 bool makeDirtyAround(dxSpace* space) {
   bool any = false;
   for (dxGeom* geom = space->first; geom; geom = geom->next) {
@@ -98,8 +97,7 @@ void SilentGeoms::renumber(const Buffer<dxGeom*>& geoms) {
     if (mayBeSilent(geoms[slot])) slots_.insert(slot);
 }
 
-// As most of the time none is, the flags are read without a branch. The meshes of a dirty sub-space
-// may be gone.
+// Mostly none is: flags are read without a branch. The meshes of a dirty sub-space may be gone.
 bool SilentGeoms::anyDirty() const {
   int flags = 0;
   for (const dxGeom* mesh : lists_->meshes) flags |= mesh->gflags;

@@ -31,8 +31,7 @@ class SilentGeoms {
     slots_.growTo(slots);
     changed_.growTo(slots);
   }
-  // A geom comes to a slot. Its class is read later: a geom is added before its constructor
-  // has set it.
+  // A geom comes to a slot, before its constructor has set its class, which is read later.
   void add(Slot slot) { slots_.insert(slot); }
   // A geom came to the slot or left it, or the sub-space there changed. Returns whether this is
   // news: the spaces around this one are to be told, too, then.
@@ -62,8 +61,7 @@ class SilentGeoms {
   bool areClean() const { return listed_ && (!lists_ || !anyDirty()); }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
-  // Lists the meshes of a space, whose geoms these are, and of all spaces in it. Nothing while
-  // areClean().
+  // Lists the meshes of a space, and of spaces in it, by its geoms. Nothing while areClean().
   void listMeshes(dxGeom* const* geoms) {
     if (!areClean() && !isListed()) list(geoms);
   }

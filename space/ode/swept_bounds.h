@@ -30,8 +30,7 @@ class SweptBounds {
   // date, and calls its dirty() for those that were not: it is to clean them before it returns.
   // True if there was any of either.
   bool update(dxSpace& space, dxGeom* const* geoms, std::size_t slots);
-  // The same of the AABB of one geom, for another space. Its own learns of it when it updates
-  // all.
+  // The same of one geom's AABB, for another space. Its own learns of it when it updates all.
   void updateOne(dxGeom* geom, Slot slot, std::size_t slots);
   // Whether the motion of a slot's geom was more than half of its smallest side when it was swept.
   // Yes where that is not known.

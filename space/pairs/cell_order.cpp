@@ -128,8 +128,7 @@ Centre* CellOrder<Real>::splitSample(const SamplePart& part) {
   return middle;
 }
 
-// Makes all splits, from a sample of each class: the upper ones on this thread, the parts below
-// them on all.
+// Makes all splits, from a sample of each class: the upper ones here, those below on all threads.
 template <class Real>
 void CellOrder<Real>::splitSamples(std::vector<std::vector<Centre>>& samples, int threads) {
   std::vector<SamplePart> parts;

@@ -24,8 +24,7 @@ struct ClassSummary {
   std::size_t count = 0;  // of boxes
 };
 
-// Half sums, scaled so that they cannot overflow. Doubles that are infinite on both sides: 0, so
-// that all compare.
+// Half sums, which cannot overflow. Doubles that are infinite on both sides: 0, which compares.
 template <class Real>
 inline Real centreOf(const BasicBox<Real>& box, int axis) {
   const Real centre = Real(0.5) * box.lower[axis] + Real(0.5) * box.upper[axis];
@@ -97,8 +96,7 @@ class BoxClasses {
 template <class Real>
 class CellOrder {
  public:
-  // Orders all boxes of `boxes` that are not NaN. What `workspace` holds is lost; it is of no use
-  // here afterwards.
+  // Orders all boxes that are not NaN. What `workspace` holds is lost, and then of no use.
   void build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
 
   CellBoxes boxesOfCells() const { return {order_.data(), starts_.data()}; }

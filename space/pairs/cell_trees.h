@@ -40,8 +40,7 @@ class CellTrees {
   void build(const BoxSet& boxes, int threads);
   // Lets the boxes move, if they may not yet.
   void numberPlaces(int threads);
-  // The slot's box from now on, whether it had one or not; an inactive one takes it out. Needs
-  // exactMode().
+  // The slot's box from now on, had it one or not; an inactive one takes it out. Needs exactMode().
   void place(Slot slot, const BasicBox<Real>& box);
   // The same of an active box, if the bounds of its cell hold it; else false. For different slots
   // many threads may do so at once.
@@ -64,8 +63,7 @@ class CellTrees {
   void visitAlong(const RayQuery<Real>& ray, Real& limit, Visit visit) const;
 
   std::size_t count() const { return views_.size(); }
-  // One a class, an empty one where it has no cells. Valid until the next build, and none at all
-  // after one that threw.
+  // One a class, empty without cells. Valid until the next build, none after one that threw.
   const TreeView<Real>* views() const { return views_.data(); }
   std::size_t cells() const {
     return views_.empty() ? 0 : views_.back().first_cell + cells(views_.size() - 1);

@@ -13,8 +13,7 @@ namespace {
 
 Region writing("rows: pairs");
 
-// The first words of a block are where the two before it end, so that one is on its way from memory
-// while another is read.
+// A block begins with where the two before it end: one is prefetched while another is read.
 constexpr std::size_t block_words = row_block_bytes / sizeof(std::uint64_t);
 constexpr std::size_t block_head = 2, block_pairs_held = block_words - block_head;
 

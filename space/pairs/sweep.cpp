@@ -11,8 +11,7 @@ namespace ode_parallel_sap {
 
 static Region comparing("sweep: active boxes"), sweeping("sweep: tasks");
 
-// Calls use(span) with the sum of extents of each cell of all trees; not a number where there is
-// none.
+// Calls use(span) with the sum of extents of each cell of all trees; NaN where there is none.
 template <class Real>
 template <class Use>
 void Sweep<Real>::forSpans(Use use) const {

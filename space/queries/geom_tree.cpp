@@ -21,8 +21,7 @@ dxGeom* geomAt(const Buffer<dxGeom*>& geoms, std::size_t slot) {
   return slot < geoms.size() ? geoms[slot] : nullptr;
 }
 
-// The box of a geom's AABB, all NaN where it takes part in nothing. `coarse`: gets whether floats
-// make it clearly larger.
+// A geom's box, all NaN where it takes part in nothing. `coarse`: floats make it clearly larger.
 template <class Real>
 BasicBox<Real> boxOf(const dxGeom* geom, bool* coarse = nullptr) {
   constexpr BasicBox<Real> none = inactiveBox<Real>();

@@ -46,8 +46,7 @@ class GeomTree {
     is_open_.store(false, std::memory_order_relaxed);
   }
 
-  // Brings the dirty ones of the geoms up to date, if it knows them and they are few. False where
-  // that is left to the space.
+  // Brings dirty geoms up to date if it knows them and they are few. False: the space has to.
   bool clean(const Geoms& geoms);
   // A reader that is not the keeper.
   class Reader {
@@ -132,8 +131,7 @@ class GeomTree {
     std::size_t bytes() const { return bytesOf(changed, apart, seen, narrow, wide); }
   };
 
-  // Before the tree is changed: false where others read it. They count themselves first, and see
-  // then that it is closed.
+  // Before a change: false where others read the tree. They count themselves, then see it closed.
   bool close() {
     const bool was_open = is_open_.exchange(false);
     const bool closed = readers_.load() == 0;

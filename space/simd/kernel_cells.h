@@ -1,5 +1,4 @@
-// Cells of sixteen boxes and trees over them: packed, and met by a box or a ray. Internal linkage,
-// as in kernels_impl.h.
+// Cells of boxes and trees, packed, and met by a box or a ray. Internal linkage (kernels_impl.h).
 #pragma once
 
 #include <string.h>

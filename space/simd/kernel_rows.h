@@ -1,5 +1,4 @@
-// Pairs of boxes, found cell by cell, and the rows that they are put in order by. Internal linkage,
-// as in kernels_impl.h.
+// Pairs of boxes, found cell by cell and put in order by rows. Internal linkage (kernels_impl.h).
 #pragma once
 
 #include <string.h>
@@ -128,8 +127,7 @@ struct CellMeeting {
   }
 };
 
-// The trees are walked once for all cells below a node; then each of them chooses among what was
-// found.
+// Trees are walked once for all cells below a node. Each of them chooses among what was found.
 template <bool filtered, class Real>
 void findPairsOf(const PairSearch<Real>& search, RowBlocks& blocks) {
   const TreeView<Real>& own = search.trees[search.own];

@@ -114,9 +114,8 @@ struct Kernels {
                      std::size_t end, Group<Real>* parents);
   // Finds the pairs of some cells, each once.
   void (*findPairs)(const PairSearch<Real>& search, RowBlocks& blocks);
-  // Brute force: writes the places, ascending and counted through all cells, of the boxes behind
-  // the one in a place that overlap it. Returns their number; up to sixteen numbers beyond are
-  // written.
+  // Brute force: writes the places, ascending through all cells, of later boxes that overlap that
+  // in a place. Returns their number; up to sixteen numbers beyond are written.
   std::size_t (*testLater)(const Group<Real>* cells, std::size_t count, std::size_t place,
                            std::uint32_t* found);
   // Writes twice the slots of all boxes of `tree`, which is not empty, that overlap box 0 of `box`,

@@ -14,8 +14,7 @@ struct Lanes : RegisterLanes<Lanes> {
   static unsigned signs(Mask<double> v) {
     return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(v)));
   }
-  // The signs of numbers stay when they become bytes, and zero does. NaN that a program makes has
-  // none.
+  // Numbers that become bytes keep their signs, and zero. NaN that a program makes has none.
   static std::uint32_t belowAndZero(const float* p) {
     const auto words = [=](int i) { return reinterpret_cast<__m128i>(load(p + i)); };
     const __m128i bytes =

@@ -79,8 +79,7 @@ struct RegisterLanes {
       for (int row = 0; row < rows; ++row)
         out[row * out_stride] = p[row * stride + __builtin_ctz(mask)];
   }
-  // Writes `first` + i for each bit i of `mask`, in order. Writes at most 16 numbers; returns how
-  // many count.
+  // Writes `first` + i for each bit i of `mask`, in order: at most 16 numbers; how many count.
   static std::size_t writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     using Four = typename FourOf<std::uint32_t>::Type;
     Four base = Four{} + first;
