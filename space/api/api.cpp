@@ -9,7 +9,7 @@
 #include <new>
 #include <utility>
 
-#include "space/contacts/reducers.h"
+#include "space/contacts/contact_pairs.h"
 #include "space/facts/facts.h"
 #include "space/finders/extraction.h"
 #include "space/geoms/geom_tests.h"
@@ -66,12 +66,6 @@ std::size_t castRays(dSpaceID space, std::size_t hit_size, const RayRequest& req
   require((request.flags & ~known) == 0, "unknown flags for rays", caller);
   require(request.nearest || request.all || request.count == 0, "no place for hits", caller);
   return own.castRays(request);
-}
-
-void checkContacts(const dContactGeom* contacts, int count, int most,
-                   const char* caller = __builtin_FUNCTION()) {
-  require(count >= 0 && most >= 0, "negative number of contacts", caller);
-  require(contacts || count == 0, "no contacts", caller);
 }
 
 }  // namespace
@@ -264,16 +258,6 @@ int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2, unsigned* 
   if (place == events.pairs()) return 0;
   *number = events.numbers()[place];
   return 1;
-}
-
-int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most) {
-  checkContacts(contacts, count, most);
-  return keepDeepest(contacts, count, most);
-}
-
-int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most) {
-  checkContacts(contacts, count, most);
-  return keepSpread(contacts, count, most);
 }
 
 void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {

@@ -1,11 +1,11 @@
 #include "space/contacts/narrow_phase.h"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 #include "space/base/tuning.h"
 #include "space/contacts/contact_pairs.h"
-#include "space/contacts/reducers.h"
 #include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
@@ -65,6 +65,12 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) 
 }
 
 }  // namespace
+
+bool isFinite(const dContactGeom& contact) {
+  const auto finite = [](dReal number) { return std::isfinite(number); };
+  return finite(contact.depth) && std::all_of(contact.normal, contact.normal + 3, finite) &&
+         std::all_of(contact.pos, contact.pos + 3, finite);
+}
 
 int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
                      int threads, bool manual_cleanup, const Touch* touches) {

@@ -17,6 +17,9 @@ namespace ode_parallel_sap {
 class ContactPairs;
 struct Scene;
 
+// Whether a contact's depth, normal and place are numbers that a joint can use.
+bool isFinite(const dContactGeom& contact);
+
 // The arguments of dParallelSAPSpaceCollideContacts.
 struct ContactRequest {
   void* data;

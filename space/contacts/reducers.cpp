@@ -1,9 +1,12 @@
-#include "space/contacts/reducers.h"
+// Which contacts of a pair to keep: what reduce callbacks of dParallelSAPSpaceCollideContacts call.
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
+
+#include "space/contacts/narrow_phase.h"
 
 namespace ode_parallel_sap {
 
@@ -194,22 +197,27 @@ void chooseDeepest(dContactGeom* contacts, int place, int count, Ranks& ranks) {
   });
 }
 
-}  // namespace
-
-bool isFinite(const dContactGeom& contact) {
-  const auto finite = [](dReal number) { return std::isfinite(number); };
-  return finite(contact.depth) && std::all_of(contact.normal, contact.normal + 3, finite) &&
-         std::all_of(contact.pos, contact.pos + 3, finite);
+void check(const dContactGeom* contacts, int count, int most,
+           const char* caller = __builtin_FUNCTION()) {
+  require(count >= 0 && most >= 0, "negative number of contacts", caller);
+  require(contacts || count == 0, "no contacts", caller);
 }
 
-int keepDeepest(dContactGeom* contacts, int count, int most) {
+}  // namespace
+}  // namespace ode_parallel_sap
+
+using namespace ode_parallel_sap;
+
+int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most) {
+  check(contacts, count, most);
   Ranks ranks(contacts, count);
   const int kept = std::min(ranks.usable(), most);
   for (int place = 0; place < kept; ++place) chooseDeepest(contacts, place, count, ranks);
   return kept;
 }
 
-int keepSpread(dContactGeom* contacts, int count, int most) {
+int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most) {
+  check(contacts, count, most);
   Ranks ranks(contacts, count);
   const int kept = std::min(ranks.usable(), most);
   if (kept < 1) return 0;
@@ -231,5 +239,3 @@ int keepSpread(dContactGeom* contacts, int count, int most) {
   }
   return kept;
 }
-
-}  // namespace ode_parallel_sap
