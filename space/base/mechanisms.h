@@ -20,7 +20,7 @@ constexpr bool still_small_scenes = true;
 
 // The choice of a method.
 
-// Up to 120 geoms are collided in one loop (small_scenes.h).
+// Up to 120 geoms are collided in one loop (small_scenes.cpp).
 constexpr bool small_scenes = true;
 
 // The sweep.

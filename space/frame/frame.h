@@ -13,13 +13,45 @@
 #include "space/finders/extraction.h"
 #include "space/frame/policy.h"
 #include "space/frame/reports.h"
-#include "space/frame/small_scenes.h"
 #include "space/frame/statistics.h"
 #include "space/frame/touch_events.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/space_observer.h"
 
 namespace ode_parallel_sap {
+
+// Places in a list of geoms; read as they are written, in one word.
+struct PlacePair {
+  static_assert(small_scene_slots <= 0x80, "a place has seven bits");
+  std::uint16_t places;
+  unsigned earlier() const { return places >> 8; }
+  unsigned later() const { return places & 0x7f; }
+  // Boxes that overlap, but are no pair.
+  bool isLeftOut() const { return places & 0x80; }
+  void leaveOut(bool out) {
+    places = static_cast<std::uint16_t>((places & ~0x80) | (out ? 0x80 : 0));
+  }
+};
+
+// What a small frame finds: not on the stack, which may be small, and deep in nested callbacks.
+struct SmallLists {
+  Buffer<dxGeom*> active;   // the geoms that take part
+  Buffer<PlacePair> pairs;  // of places in these: the boxes that overlap
+  Buffer<Group<dReal>> boxes;
+  unsigned actives = 0, overlaps = 0, unbounded = 0;
+  bool user_classes = false;  // among the geoms
+  bool takes_all = false;     // all overlaps are pairs
+  bool same = false;          // the pairs are those of the frame before
+  // How often a geom had become dirty, come or gone when the last frame began; 0: none has.
+  std::uint64_t changes = 0;
+
+  // For all pairs of so many geoms. False without memory for it.
+  bool makeRoom(std::size_t geoms) { return geoms <= active.size() || grow(geoms); }
+  std::size_t bytes() const { return bytesOf(active, pairs, boxes); }
+
+ private:
+  bool grow(std::size_t geoms);
+};
 
 // The lists of a frame that is not small, or of one with contacts or blocks.
 struct LargeLists {

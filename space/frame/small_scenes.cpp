@@ -1,4 +1,4 @@
-#include "space/frame/small_scenes.h"
+// Scenes so small that they need no boxes.
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
