@@ -144,7 +144,8 @@ class Job {
 
   // What a worker does, if there is anything to do.
   bool help(int thread, Sleeper* sleepers) {
-    if (!(gate_.load() & is_open) || !hasMembers()) return false;
+    const auto isTaken = [](const auto& word) { return !word.load(std::memory_order_relaxed); };
+    if (!(gate_.load() & is_open) || std::all_of(free_, free_ + words, isTaken)) return false;
     const bool opened = gate_.fetch_add(1) & is_open;
     if (opened) work(thread, sleepers);
     if (gate_.fetch_sub(1) == 1) caller_.wake();
@@ -169,11 +170,6 @@ class Job {
   }
 
  private:
-  bool hasMembers() const {
-    for (const std::atomic<std::uint64_t>& word : free_)
-      if (word.load(std::memory_order_relaxed)) return true;
-    return false;
-  }
   bool take(int thread, bool first, int& member) {
     if (teamsAreTested()) awaitTeam(arrived_, first);
     for (int i = 0; i < words; ++i) {

@@ -170,11 +170,16 @@ class ChunkQueue {
   // False when nothing is left.
   bool next(Range& range, int thread = 0) {
     if (teamsAreTested()) awaitTeam(arrived_, std::exchange(team_member.queue, this) != this);
-    for (int i = 0; i < parts_; ++i)
-      if (takeFrom(queue_[(thread + i) % parts_], range)) {
-        noteWork();
-        return true;
-      }
+    for (int i = 0; i < parts_; ++i) {
+      Part& part = queue_[(thread + i) % parts_];
+      // Reads first: a part that is empty stays in all caches.
+      if (part.next.load(std::memory_order_relaxed) >= part.end) continue;
+      const std::size_t begin = part.next.fetch_add(chunk_, std::memory_order_relaxed);
+      if (begin >= part.end) continue;
+      range = {begin, std::min(begin + chunk_, part.end)};
+      noteWork();
+      return true;
+    }
     return false;
   }
 
@@ -183,15 +188,6 @@ class ChunkQueue {
     std::atomic<std::size_t> next;
     std::size_t end;
   };
-
-  // Reads first: a part that is empty stays in all caches.
-  bool takeFrom(Part& part, Range& range) {
-    if (part.next.load(std::memory_order_relaxed) >= part.end) return false;
-    const std::size_t begin = part.next.fetch_add(chunk_, std::memory_order_relaxed);
-    if (begin >= part.end) return false;
-    range = {begin, std::min(begin + chunk_, part.end)};
-    return true;
-  }
 
   static constexpr int most_parts = 64;  // fixed: 4 KB; larger teams share them
   const std::size_t chunk_;

@@ -228,20 +228,19 @@ inline bool GeomPacker::fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& 
 // all that a compiler knows, change what is pointed to.
 class PlainPacker {
  public:
-  // The states are to be usualState() already.
-  PlainPacker(const PairRules& rules, BoxSet& boxes, SlotState* states)
+  // Makes all states those of most geoms.
+  PlainPacker(const PairRules& rules, BoxSet& boxes, Buffer<SlotState>& states)
       : boxes_(rules.leavesOutResting() || boxes.wide ? nullptr : boxes.boxes.data()),
         bits_(boxes.bits.data()),
         wide_bits_(boxes.wide_bits.data()),
         bodies_(boxes.bodies.data()),
-        states_(states),
+        states_(states.data()),
         tolerant_(rules.tolerance > 0),
         most_step_(coarse_share *
-                   (tolerant_ ? static_cast<float>(mostFor(rules.tolerance)) : most_bound)) {}
-
-  static SlotState usualState(const PairRules& rules) {
-    return rules.notified ? unwatched_state : 0;
+                   (tolerant_ ? static_cast<float>(mostFor(rules.tolerance)) : most_bound)) {
+    std::fill(states.begin(), states.end(), SlotState(rules.notified ? unwatched_state : 0));
   }
+
   // False: GeomPacker has to do it.
   bool pack(const dxGeom* geom, Slot slot, UpdateFacts& facts) const {
     static_assert(dFirstSpaceClass < dFirstUserClass, "all classes below are neither");

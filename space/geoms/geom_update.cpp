@@ -170,8 +170,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PairRules& r
   ForgetUnlessDone reading{reader};
   for (bool repeated = false;; repeated = true) {
     boxes_.wide ? boxes_.wide_boxes.resizeDiscarding(slots) : boxes_.boxes.resizeDiscarding(slots);
-    std::fill(states_.begin(), states_.end(), PlainPacker::usualState(rules));
-    const auto packSlot = [this, plain = PlainPacker(rules, boxes_, states_.data())](
+    const auto packSlot = [this, plain = PlainPacker(rules, boxes_, states_)](
                               const dxGeom* geom, Slot slot, UpdatePart& part) {
       if (plain.pack(geom, slot, part.facts)) return;
       states_[slot] = packer_.pack(geom, slot, part.facts, boxes_);

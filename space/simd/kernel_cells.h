@@ -17,16 +17,11 @@ constexpr unsigned all_lanes = 0xffff;
 template <class Real>
 using Sixteen = Lanes::Sixteen<Real>;
 
+// NaN overlaps nothing. The formula holds for inverted boxes too, and so do bounds made of least
+// and greatest ones.
 template <class Real>
 inline Sixteen<Real> sixteenOf(const Group<Real>& boxes) {
   return {boxes.lower[0], boxes.upper[0], group_size};
-}
-
-// Which of sixteen boxes overlap box `lane` of `box`. NaN overlaps nothing. The formula holds for
-// inverted boxes too, and so do bounds made of least and greatest ones.
-template <class Real>
-inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real>& boxes) {
-  return sixteenOf(boxes).overlapping(box, lane);
 }
 
 // Which of sixteen boxes may meet box `lane` by their bits and bodies.
@@ -45,7 +40,7 @@ inline std::uint32_t meetings(const Group<Real>& box, unsigned lane, const Group
         boxes, [&](int axis, int) { return box.lower[axis][lane]; },
         [&](int axis, int) { return box.upper[axis][lane]; });
   else
-    return overlaps(box, lane, boxes);
+    return sixteenOf(boxes).overlapping(box, lane);
 }
 
 // Calls use(i, bit) for all bits of masks[0] to masks[count - 1], none of which is zero. There is
@@ -106,7 +101,7 @@ inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& b
   stack[top++] = {static_cast<std::uint32_t>(tree.depth - 1), 0};
   while (top) {
     const Node node = stack[--top];
-    unsigned mask = overlaps(box, lane, tree.levels[node.level][node.group]);
+    unsigned mask = sixteenOf(tree.levels[node.level][node.group]).overlapping(box, lane);
     if (node.level == 1) {
       if (mask) visit(node.group, mask);
       continue;
@@ -174,7 +169,7 @@ std::size_t testLater(const Group<Real>* cells, std::size_t all, std::size_t pla
     unsigned masks[most_cells];
     std::uint32_t hit = 0;  // cells, by bits
     for (std::size_t i = 0; i < count; ++i) {
-      masks[i] = overlaps(cells[own], lane, cells[first + i]);
+      masks[i] = sixteenOf(cells[first + i]).overlapping(cells[own], lane);
       hit |= std::uint32_t{masks[i] != 0} << i;
     }
     if (first == own && (masks[0] &= ~0u << lane << 1) == 0) hit &= ~1u;
