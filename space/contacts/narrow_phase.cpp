@@ -56,8 +56,9 @@ std::uint32_t appendContacts(const dParallelSAPPair& pair, int flags, const Cont
 constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
 
 void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) {
-  prefetchGeom(later.o1);
-  prefetchGeom(later.o2);
+  // The derived classes' sizes follow the base: one line more holds most of them.
+  prefetchObject(later.o1, sizeof(dxGeom) + 32);
+  prefetchObject(later.o2, sizeof(dxGeom) + 32);
   for (const dxGeom* const geom : {soon.o1, soon.o2}) {
     prefetchPose(geom);
     if (geom->body) prefetchObject(geom->body, 128);  // callbacks ask whether it is awake

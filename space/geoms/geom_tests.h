@@ -136,11 +136,6 @@ inline void prefetchObject(const void* object, std::size_t size) {
   prefetch(bytes + size - 1);
 }
 
-// The derived classes' sizes follow the base: one line more holds most of them.
-inline void prefetchGeom(const dxGeom* geom) {
-  prefetchObject(geom, sizeof(dxGeom) + 32);
-}
-
 // What is read of a geom whose bounds are known; and its bounds.
 inline void prefetchState(const dxGeom* geom) {
   prefetch(&geom->gflags);

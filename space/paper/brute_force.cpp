@@ -32,15 +32,6 @@ Region testing("brute force: pairs");
 
 }  // namespace
 
-// Places are slots.
-template <class Real>
-void BruteForce<Real>::packCells(const BoxSet& boxes) {
-  cells_.resizeDiscarding(groupsFor(boxes.size));
-  for (std::size_t place = 0; place < cells_.size() * group_size; ++place)
-    put(place < boxes.size ? boxesOf<Real>(boxes)[place] : inactiveBox<Real>(),
-        cells_[place / group_size], place % group_size);
-}
-
 // Each thread tests an equal part of the table, up to a row.
 template <class Real>
 int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs,
@@ -48,11 +39,14 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs,
   const ScopedMode mode(exactMode());
   pairs.clear(threads);
   if (rows_.size() < static_cast<std::size_t>(threads)) rows_.resize(threads);
-  packCells(boxes);
+  const BasicBox<Real>* const all = boxesOf<Real>(boxes);
+  cells_.resizeDiscarding(groupsFor(boxes.size));
+  for (std::size_t place = 0; place < cells_.size() * group_size; ++place)
+    put(place < boxes.size ? all[place] : inactiveBox<Real>(), cells_[place / group_size],
+        place % group_size);
   const Triangle triangle = {boxes.size};
   const std::uint64_t tests = triangle.pairs();
   const Kernels<Real>& kernel = kernels<Real>();
-  const BasicBox<Real>* const all = boxesOf<Real>(boxes);
   const bool filtered = boxes.filter_bits || boxes.filter_bodies, inexact = !boxes.exact;
   const bool is_open = test && (inexact || test->everyPair());
   const int most = teamFor(tests, grains::box_tests, threads);

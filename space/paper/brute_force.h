@@ -22,8 +22,6 @@ class BruteForce : public PairFinder {
   std::size_t bytes() const override { return bytesOf(cells_, rows_); }
 
  private:
-  void packCells(const BoxSet& boxes);
-
   Buffer<Group<Real>> cells_;                // in slot order
   std::vector<Buffer<std::uint32_t>> rows_;  // one a thread
 };
