@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <new>
 
+#include "space/base/mechanisms.h"
 #include "space/base/validate.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/pair_filter.h"
@@ -224,9 +225,12 @@ Plan Pipeline::decide(const FrameCall& call) {
   return plan;
 }
 
-// Without memory for its lists a small scene goes the way of all others.
+// Whether it is collided on the spot (small_scenes.cpp). Without memory for its lists it is not.
 inline bool Pipeline::isSmall(const FrameCall& call) const {
-  return Policy::isSmall(call.slots(), settings) && call.lists.small.makeRoom(call.scene.count);
+  return mechanisms::small_scenes && call.slots() <= small_scene_slots &&
+         (settings.method == dParallelSAPMethodAuto ||
+          settings.method == dParallelSAPMethodBruteForce) &&
+         settings.backend != dParallelSAPBackendCUDA && call.lists.small.makeRoom(call.scene.count);
 }
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) {

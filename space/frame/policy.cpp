@@ -4,13 +4,6 @@
 
 namespace ode_parallel_sap {
 
-bool Policy::isSmall(std::size_t slots, const Settings& settings) {
-  return mechanisms::small_scenes && slots <= small_scene_slots &&
-         (settings.method == dParallelSAPMethodAuto ||
-          settings.method == dParallelSAPMethodBruteForce) &&
-         settings.backend != dParallelSAPBackendCUDA;
-}
-
 int Policy::teamFor(std::size_t slots, const Settings& settings) {
   if (slots <= small_scene_slots && !teamsAreTested()) return 1;  // without asking OpenMP
   const bool tests_all = settings.method == dParallelSAPMethodBruteForce ||

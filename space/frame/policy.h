@@ -57,9 +57,6 @@ struct Plan {
 // Pairs and their order depend on none of its decisions, which may depend on what frames took.
 class Policy {
  public:
-  // Whether a scene is so small that it is collided on the spot (small_scenes.cpp).
-  static bool isSmall(std::size_t slots, const Settings& settings);
-
   Plan decide(const SceneFacts& facts, const Settings& settings) const;
   // The threads that are worth their start for anything that goes through so many slots.
   static int teamFor(std::size_t slots, const Settings& settings);
