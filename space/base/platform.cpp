@@ -46,19 +46,15 @@ long processNumber() {
 }
 #endif
 
+char** environment() {
 #if defined(_WIN32)
-char** environment() {
   return _environ;
-}
 #elif defined(__APPLE__)
-char** environment() {
   return *_NSGetEnviron();
-}
 #else
-char** environment() {
   return environ;
-}
 #endif
+}
 
 #if defined(__APPLE__)
 std::uint64_t freeMemory() {
