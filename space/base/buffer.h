@@ -127,7 +127,6 @@ class Buffer {
     }
     size_ = size;
   }
-  // Room for at least `capacity` elements.
   void reserve(std::size_t capacity) {
     if (capacity > capacity_) reallocate(capacity);
   }
@@ -143,7 +142,6 @@ class Buffer {
     else
       release();
   }
-  // Gives the storage back.
   void release() {
     free();
     data_ = nullptr;

@@ -91,7 +91,6 @@ struct TeamMember {
 };
 inline thread_local TeamMember team_member;
 
-// Notes that the calling thread has work of its team's.
 inline void noteWork() {
   if (teamsAreTested()) team_member.worked = true;
 }

@@ -64,7 +64,6 @@ class PairEvents {
   using Event = dParallelSAPPairEvent;
   using Number = PairNumbers::Number;
 
-  // The geom of a slot leaves.
   void removeGeom(Slot slot);
   // The slots are about to be closed up; null: no geom.
   void closeSlots(const Buffer<dxGeom*>& geoms);

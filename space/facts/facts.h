@@ -34,7 +34,6 @@ class Facts final : public SpaceObserver {
   void forget(const dxGeom* geom) override { last_.erase(geom); }
   std::vector<std::string> lines(const FrameTimes& frame) const override;
 
-  // Adds what another space's has seen.
   void add(const Facts& other);
 
  private:

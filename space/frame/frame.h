@@ -132,12 +132,9 @@ class Pipeline {
   explicit Pipeline(const Settings& all) : settings(all), statistics(all.print_stats) {}
 
   // Each returns the number of pairs.
-  // Calls `callback` for the pairs, in their order.
   std::size_t collide(const FrameCall& call, void* data, dNearCallback* callback);
-  // Finds their contacts and reports these.
   std::size_t collideContacts(const FrameCall& call, const ContactRequest& request,
                               LargeLists& lists);
-  // Hands the pairs out in blocks.
   std::size_t collidePairs(const FrameCall& call, const PairsRequest& request);
 
   // Brings the AABBs of all geoms up to date, as for a frame.
@@ -154,7 +151,6 @@ class Pipeline {
     if (!stages_) return;
     geom ? stages_->cache.noteShared(Slots::slotOf(geom)) : stages_->cache.noteAll();
   }
-  // A geom leaves its slot.
   void noteDeparture(dxGeom* geom, Slot slot) {
     complaints.forget(geom);
     PairEvents::forget(geom);

@@ -34,7 +34,6 @@ class TouchEvents {
 
   const Buffer<PairEvents::Event>& begun() const { return begun_; }
   const Buffer<PairEvents::Event>& ended() const { return ended_; }
-  // Whether the last frame had no contacts.
   bool lastHadNoContacts() const { return no_contacts_; }
 
   void release();

@@ -26,7 +26,6 @@ class SilentGeoms {
     dxGeom* mesh;  // at any depth
   };
 
-  // Makes room for slots below `slots`.
   void growTo(std::size_t slots) {
     slots_.growTo(slots);
     changed_.growTo(slots);
@@ -47,7 +46,6 @@ class SilentGeoms {
     slots_.erase(slot);
     return true;
   }
-  // The slots of these geoms are numbered anew.
   void renumber(const Buffer<dxGeom*>& geoms);
 
   // Has the sub-spaces of ours that are dirty, at any depth, bring their geoms up to date: each as

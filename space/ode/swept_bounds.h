@@ -24,7 +24,6 @@ class SweptBounds {
   // How long a step is that boxes cover; 0: they are as geoms lie.
   void setStep(dReal step) { step_ = step; }
   dReal step() const { return step_; }
-  // Whether there is nothing to do.
   bool idle() const { return step_ == 0 && records_.empty() && !all_stale_; }
   // Brings the AABBs of all geoms of `space` whose motion is another, or that are dirty, up to
   // date, and calls its dirty() for those that were not: it is to clean them before it returns.

@@ -10,7 +10,6 @@
 
 namespace ode_parallel_sap {
 
-// Puts a box into a place of sixteen.
 template <class Real>
 inline void put(const BasicBox<Real>& box, Group<Real>& group, int lane) {
   for (int axis = 0; axis < 3; ++axis) {

@@ -16,7 +16,6 @@ namespace ode_parallel_sap {
 // rows of its slots, which are ordered one by one: the order is the report's, whoever found them.
 class RowTable {
  public:
-  // Makes ready for the pairs of a frame.
   void start(std::size_t slots, int threads);
   // Where a kernel of that thread puts pairs.
   RowBlocks& blocks(int thread) { return *blocks_[thread]; }

@@ -28,7 +28,6 @@ struct AxisRows {
   std::uint64_t pairs() const { return begins[order.size()]; }
   // Whether the box of rank `other` overlaps that of rank `row`, in whose row it is.
   bool overlapsRow(std::uint32_t other, std::uint32_t row) const { return reach[other] > row; }
-  // The row of the place-th pair.
   std::uint32_t rowOf(std::uint64_t place) const;
   // Fills in `begins` and `inverted`.
   void layOut();

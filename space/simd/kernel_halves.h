@@ -122,7 +122,6 @@ class Halver {
   std::uint32_t *order_, *starts_, next_;
 };
 
-// See KernelSet.
 void cutIntoCells(const Centre* centres, std::size_t count, float* room, std::uint32_t first,
                   std::uint32_t* order, std::uint32_t* starts) {
   const std::size_t row_room = roundedToGroup(count) + 2 * group_size;

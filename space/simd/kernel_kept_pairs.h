@@ -96,7 +96,6 @@ inline unsigned below(const Bounds& bounds, const Bounds& limits) {
 }
 #endif
 
-// See Kernels.
 inline std::uint64_t boxesOutside(const Box* boxes, const Box* room, std::size_t count) {
   std::uint64_t outside = 0;
   for (std::size_t i = 0; i < count; ++i) {

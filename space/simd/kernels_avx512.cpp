@@ -89,7 +89,6 @@ struct RegisterLanes<Lanes>::Sixteen<float> {
 
 }  // namespace
 
-// The kernels for these lanes.
 #include "space/simd/kernels_impl.h"
 
 const KernelSet ode_parallel_sap::kernels_avx512 = kernel_set;

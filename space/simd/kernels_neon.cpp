@@ -44,7 +44,6 @@ struct Lanes : RegisterLanes<Lanes> {
 
 }  // namespace
 
-// The kernels for these lanes.
 #include "space/simd/kernels_impl.h"
 
 const KernelSet ode_parallel_sap::kernels_neon = kernel_set;

@@ -28,7 +28,6 @@ struct Register {
   static Type greatest(Type a, Type b) { return a > b ? a : b; }
 };
 
-// Four numbers of a type.
 template <class Real>
 struct FourOf {
   typedef Real Type __attribute__((vector_size(4 * sizeof(Real))));
