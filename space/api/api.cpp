@@ -91,7 +91,7 @@ dSpaceID dParallelSAPSpaceCreateSized(size_t real_size, void (*ode)(), dSpaceID 
   auto* const space = new ParallelSAPSpace(parent);
   SpaceObservers& observers = space->pipeline().observers;
   if (auto trace = Trace::fromEnvironment()) observers.add(std::move(trace));
-  if (space->settings().print_stats) observers.add(std::make_unique<Facts>());
+  if (space->settings().print_stats) observers.add(std::make_unique<PrintedFacts>(*space));
   return space;
 }
 

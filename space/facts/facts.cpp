@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
+#include <mutex>
 #include <new>
+#include <unordered_set>
 
+#include "space/base/platform.h"
 #include "space/geoms/geom_sides.h"
 #include "space/geoms/pair_rule.h"
-#include "space/ode/ode_space.h"
 
 namespace ode_parallel_sap {
 
@@ -32,6 +35,17 @@ bool isKeptAwake(dBodyID body, dBodyID other) {
          dBodyGetAutoDisableFlag(body) &&
          isStill(body, dBodyGetAutoDisableLinearThreshold(body),
                  dBodyGetAutoDisableAngularThreshold(body));
+}
+
+// Those that are to be printed. They may outlive all else.
+struct Printing {
+  std::mutex mutex;
+  std::unordered_set<const PrintedFacts*> facts;
+  long process = 0;
+};
+Printing& printing() {
+  static Printing& all = *new Printing;
+  return all;
 }
 
 // Of the corners with all lower and all upper bounds, the one that moved farther.
@@ -158,7 +172,7 @@ void Facts::add(const Facts& other) {
   for (std::size_t i = 0; i < counts; ++i) counts_[i] += other.counts_[i];
 }
 
-std::vector<std::string> Facts::lines(const FrameTimes& frame) const {
+std::vector<std::string> Facts::lines(const FrameSums& frame) const {
   constexpr const char* texts[kinds] = {
       "moved by more than half of their smallest side between frames and may pass through others; "
       "the worst moved %.3g sides",
@@ -195,20 +209,61 @@ std::vector<std::string> Facts::lines(const FrameTimes& frame) const {
     if (share < least_share) return;
     if (!options.empty()) options += ", ";
     options += print("%s would leave out %.0f %% of the %s (%s), at most %.2g of %.2g ms", option,
-                     100 * share, of, which, share * ms, frame.all_ms);
+                     100 * share, of, which, share * ms, frame.total_ms);
   };
+  const double pairs_ms = frame.extract_ms + frame.filter_ms + frame.narrow_ms + frame.report_ms;
   const auto namePairs = [&](Count part, const char* option, const char* which) {
-    name(shareOf(part, pairs), frame.pairs_ms, option, "pairs", which);
+    name(shareOf(part, pairs), pairs_ms, option, "pairs", which);
   };
   namePairs(of_statics, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");
   namePairs(of_sleepers, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");
   namePairs(clear, "ODE_PARALLEL_SAP_CULL_PLANES=1", "a plane and a geom clear of it");
   if (const double share = shareOf(statics, geoms);
-      share * frame.update_ms >= least_share * frame.all_ms)
+      share * frame.update_ms >= least_share * frame.total_ms)
     name(share, frame.update_ms, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "geoms from the update",
          "without a body");
   if (!options.empty()) all.push_back(options);
   return all;
+}
+
+PrintedFacts::PrintedFacts(const ParallelSAPSpace& space)
+    : space_(&space), statistics_(space.pipeline().statistics) {
+  Printing& all = printing();
+  const std::lock_guard<std::mutex> lock(all.mutex);
+  if (all.process == 0) std::atexit(printAtExit);
+  if (all.process != processNumber()) all.facts.clear();  // its parent's
+  all.process = processNumber();
+  all.facts.insert(this);
+}
+
+PrintedFacts::~PrintedFacts() {
+  const auto leavePrinting = [this] {
+    const std::lock_guard<std::mutex> lock(printing().mutex);
+    return printing().facts.erase(this) > 0;
+  };
+  if (leavePrinting())
+    print([](const void* space, const char* text) {
+      dMessage(0, "parallel SAP space %p: %s", space, text);
+    });
+}
+
+void PrintedFacts::print(Print say) const {
+  const FrameSums sums = statistics_.sums();
+  for (const std::string& text : sums.lines()) say(space_, text.c_str());
+  for (const std::string& text : lines(sums.average())) say(space_, text.c_str());
+}
+
+// To stderr, since a program's handler may be gone. A forked child ends without its parent's
+// spaces. Other threads may use them still: of their sums numbers alone are read.
+void PrintedFacts::printAtExit() {
+  Printing& all = printing();
+  const std::unique_lock<std::mutex> lock(all.mutex, std::try_to_lock);
+  if (!lock || all.process != processNumber()) return;
+  for (const PrintedFacts* const facts : all.facts)
+    facts->print([](const void* space, const char* text) {
+      std::fprintf(stderr, "parallel SAP space %p: %s\n", space, text);
+    });
+  all.facts.clear();
 }
 
 }  // namespace ode_parallel_sap

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "space/geoms/space_observer.h"
+#include "space/ode/ode_space.h"
 
 namespace ode_parallel_sap {
 
@@ -25,14 +26,15 @@ struct LastGeom {
 
 // Counts the pairs of one frame in `interval`, and sees all geoms after each frame before which any
 // moved. Nothing but the lines depends on it.
-class Facts final : public SpaceObserver {
+class Facts : public SpaceObserver {
  public:
   bool isDue() override { return counts_[frames] % interval == 0; }
   void see(dGeomID a, dGeomID b) override;
   void endFrame(dxSpace* space, bool any_moved) override;
   // Its address may be another one's soon.
   void forget(const dxGeom* geom) override { last_.erase(geom); }
-  std::vector<std::string> lines(const FrameTimes& frame) const override;
+  // `frame`: of all on average.
+  std::vector<std::string> lines(const FrameSums& frame) const;
 
   void add(const Facts& other);
 
@@ -61,6 +63,21 @@ class Facts final : public SpaceObserver {
   // option leaves out, or that have a body at rest that is kept awake.
   enum Count { frames, geoms, statics, pairs, of_statics, of_sleepers, clear, kept_awake, counts };
   std::array<unsigned long long, counts> counts_ = {};
+};
+
+// Those of a space, which are printed after the sums of its frames when it or the process ends.
+class PrintedFacts final : public Facts {
+ public:
+  explicit PrintedFacts(const ParallelSAPSpace& space);
+  ~PrintedFacts() override;
+
+ private:
+  using Print = void (*)(const void* space, const char* text);
+  void print(Print say) const;
+  static void printAtExit();
+
+  const void* const space_;
+  const Statistics& statistics_;
 };
 
 }  // namespace ode_parallel_sap

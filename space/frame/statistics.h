@@ -20,7 +20,6 @@
 
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
-#include "space/geoms/space_observer.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -164,9 +163,6 @@ struct FrameSums {
     queries_ms += other.queries_ms;
     rays_ms += other.rays_ms;
     probes_ms += other.probes_ms;
-  }
-  FrameTimes times() const {
-    return {update_ms, extract_ms + filter_ms + narrow_ms + report_ms, total_ms};
   }
   // Of a frame.
   FrameSums average() const {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -11,11 +10,6 @@
 #include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
-
-// Milliseconds of a frame on average: of its update, of what grows with the pairs, of all.
-struct FrameTimes {
-  double update_ms, pairs_ms, all_ms;
-};
 
 class SpaceObserver {
  public:
@@ -31,10 +25,6 @@ class SpaceObserver {
   virtual void endPairs() {}
   // A frame within no callback is over, its callbacks too. `any_moved`: since the one before.
   virtual void endFrame(dxSpace* space, bool any_moved) { (void)space, (void)any_moved; }
-  // What it says of the space's frames in the end.
-  virtual std::vector<std::string> lines(const FrameTimes& frame) const {
-    return (void)frame, std::vector<std::string>();
-  }
   // A geom leaves the space.
   virtual void forget(const dxGeom*) {}
 

@@ -5,16 +5,10 @@
 #endif
 
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
-#include <mutex>
 #include <new>
 #include <optional>
-#include <string>
 #include <typeinfo>
-#include <unordered_set>
 
-#include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/base/validate.h"
 #include "space/frame/without_memory.h"
@@ -34,17 +28,6 @@ std::atomic<unsigned> notify_all_calls{0};
 bool odeAsserts() {
   static const bool asserts = dCheckConfiguration("ODE_EXT_no_debug") == 0;
   return asserts;
-}
-
-// Spaces that print their sums when they or the process end. They may outlive all else.
-struct Printing {
-  std::mutex mutex;
-  std::unordered_set<const ParallelSAPSpace*> spaces;
-  long process = 0;
-};
-Printing& printing() {
-  static Printing& all = *new Printing;
-  return all;
 }
 
 // The stack that the system gave the calling thread; empty where that is not known.
@@ -224,7 +207,7 @@ inline Reports ParallelSAPSpace::reportsOf(const Call& call) {
   return reports;
 }
 
-ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class, bool prints_sums)
+ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), pipeline_(settingsFromEnvironment()) {
   type = space_class;
   const auto reportThreadShortage = [](int granted, int wanted) {
@@ -234,25 +217,11 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class, bool prints
              granted, wanted);
   };
   on_thread_shortage.store(reportThreadShortage, std::memory_order_relaxed);
-  if (!pipeline_.settings.print_stats || !prints_sums) return;
-  const std::lock_guard<std::mutex> lock(printing().mutex);
-  Printing& all = printing();
-  if (all.process == 0) std::atexit(printAtExit);
-  if (all.process != processNumber()) all.spaces.clear();  // its parent's
-  all.process = processNumber();
-  all.spaces.insert(this);
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
   require(!isLocked(), "Invalid operation for locked space", "dSpaceDestroy");
-  const auto leavePrinting = [this] {
-    const std::lock_guard<std::mutex> lock(printing().mutex);
-    return printing().spaces.erase(this) > 0;
-  };
-  if (pipeline_.settings.print_stats && leavePrinting())
-    printTotals([](const void* space, const char* text) {
-      dMessage(0, "parallel SAP space %p: %s", space, text);
-    });
+  pipeline_.observers = SpaceObservers();  // they print before those of spaces in it
   // The base class's destructor would not reach remove() any more.
   while (first) {
     if (cleanup)
@@ -260,28 +229,6 @@ ParallelSAPSpace::~ParallelSAPSpace() {
     else
       remove(first);
   }
-}
-
-void ParallelSAPSpace::printTotals(Print print) const {
-  const FrameSums sums = pipeline_.statistics.sums();
-  for (const std::string& text : sums.lines()) print(this, text.c_str());
-  pipeline_.observers.forEach([&](const SpaceObserver& observer) {
-    for (const std::string& text : observer.lines(sums.average().times()))
-      print(this, text.c_str());
-  });
-}
-
-// To stderr, since a program's handler may be gone. A forked child ends without its parent's
-// spaces. Other threads may use them still: of their sums numbers alone are read.
-void ParallelSAPSpace::printAtExit() {
-  Printing& all = printing();
-  const std::unique_lock<std::mutex> lock(all.mutex, std::try_to_lock);
-  if (!lock || all.process != processNumber()) return;
-  for (const ParallelSAPSpace* const space : all.spaces)
-    space->printTotals([](const void* of, const char* text) {
-      std::fprintf(stderr, "parallel SAP space %p: %s\n", of, text);
-    });
-  all.spaces.clear();
 }
 
 // ODE's own function goes through the list, unless the geom after the last one is wanted.

@@ -44,9 +44,7 @@ class ParallelSAPSpace : public dxSpace {
  public:
   // IS_SPACE is a range check on the type, so it must be one of ODE's. No function of ODE casts on
   // the default.
-  // With settings().print_stats it prints the sums of its frames, unless others do.
-  explicit ParallelSAPSpace(dSpaceID parent, int space_class = dSweepAndPruneSpaceClass,
-                            bool prints_sums = true);
+  explicit ParallelSAPSpace(dSpaceID parent, int space_class = dSweepAndPruneSpaceClass);
   ~ParallelSAPSpace();
 
   dxGeom* getGeom(int index) override;
@@ -138,9 +136,6 @@ class ParallelSAPSpace : public dxSpace {
   void noteAround(Note note);
   void requireOpen(const char* function, bool destroys = false) const;
   void complainOfThreads();
-  using Print = void (*)(const void* space, const char* text);
-  void printTotals(Print print) const;
-  static void printAtExit();
 
   std::atomic<std::thread::id> user_{std::thread::id()};  // the thread that is in the space
   std::atomic<bool> is_checked_{false};                   // its call has found the silent changes

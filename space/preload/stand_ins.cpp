@@ -48,8 +48,7 @@ Account& account() {
 class StandIn final : public ParallelSAPSpace {
  public:
   // One account for all of them prints the sums.
-  StandIn(dSpaceID parent, int space_class)
-      : ParallelSAPSpace(parent, space_class, /*prints_sums=*/false) {
+  StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     stock_first_ = nameFromEnvironment("ODE_PARALLEL_SAP_FIRST", {"added", "stock"}, 0) == 1 &&
                    (space_class == dSimpleSpaceClass || space_class == dHashSpaceClass);
     const int mode = nameFromEnvironment("ODE_PARALLEL_SAP_CONTACTS", {"auto", "off", "on"}, 0);
@@ -137,7 +136,7 @@ void report() {
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
                sums.precomputed.precomputed, sums.precomputed.used, sums.precomputed.contacts);
-  for (const std::string& line : sums.facts.lines(sums.frames.average().times())) print(line);
+  for (const std::string& line : sums.facts.lines(sums.frames.average())) print(line);
 }
 
 void noteChange(dxGeom* geom, dBodyID body) {
