@@ -93,6 +93,11 @@ struct PairList {
     for (Buffer<Pair>& part : parts)
       if (part.size() > 0) runs.push_back({part.begin(), part.end(), decided});
   }
+  // Leaves out the pairs that the test drops of runs that are not decided, or of all. Null keeps
+  // all, with their marks.
+  void decide(const PairTest* test, int threads);
+  // Closes the gaps of the first part, if it holds all pairs.
+  void closeGaps();
   // Runs lie in the parts, and their pairs ascend, each once, unmarked, the earlier slot first.
   void validate(std::size_t slots) const;
 };

@@ -61,11 +61,8 @@ std::size_t ChangedPairs::merge(const PairSpan& span, const SlotSet& changed,
 }
 
 std::size_t ChangedPairs::replace(const SlotSet& changed, int threads, PairList& pairs) {
-  // Gaps are closed: all runs are in one part.
-  PairList::Run found;
-  for (const PairList::Run& run : found_.runs)
-    found =
-        found.first ? PairList::Run{found.first, std::copy(run.first, run.last, found.last)} : run;
+  found_.closeGaps();
+  const PairList::Run found = found_.runs.empty() ? PairList::Run() : found_.runs[0];
   cutBoth(
       pairs, chunkOf(pairs.size(), part_pairs, threads), found.begin(), found.end(),
       [](Pair pair) { return pair; }, spans_);

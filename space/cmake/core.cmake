@@ -10,6 +10,7 @@ add_library(
   ode-parallel-sap-core OBJECT
   ${core}/cache/fat_proxies.cpp
   ${core}/cache/changed_pairs.cpp
+  ${core}/base/pair_list.cpp
   ${core}/base/platform.cpp
   ${core}/pairs/cell_order.cpp
   ${core}/pairs/cell_trees.cpp

@@ -32,25 +32,24 @@ Region testing("brute force: pairs");
 
 }  // namespace
 
-// Each thread tests an equal part of the table, up to a row.
+// Places are slots.
 template <class Real>
-int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs,
-                           const PairTest* test) {
-  const ScopedMode mode(exactMode());
-  pairs.clear(threads);
-  if (rows_.size() < static_cast<std::size_t>(threads)) rows_.resize(threads);
-  const BasicBox<Real>* const all = boxesOf<Real>(boxes);
+void BruteForce<Real>::packCells(const BoxSet& boxes) {
   cells_.resizeDiscarding(groupsFor(boxes.size));
   for (std::size_t place = 0; place < cells_.size() * group_size; ++place)
-    put(place < boxes.size ? all[place] : inactiveBox<Real>(), cells_[place / group_size],
-        place % group_size);
+    put(place < boxes.size ? boxesOf<Real>(boxes)[place] : inactiveBox<Real>(),
+        cells_[place / group_size], place % group_size);
+}
+
+// Each thread tests an equal part of the table, up to a row. Returns the number of threads used.
+template <class Real>
+int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int threads,
+                              PairList& pairs) {
   const Triangle triangle = {boxes.size};
-  const std::uint64_t tests = triangle.pairs();
   const Kernels<Real>& kernel = kernels<Real>();
+  const BasicBox<Real>* const all = boxesOf<Real>(boxes);
   const bool filtered = boxes.filter_bits || boxes.filter_bodies, inexact = !boxes.exact;
-  const bool is_open = test && (inexact || test->everyPair());
-  const int most = teamFor(tests, grains::box_tests, threads);
-  const int used = runTeam(testing, most, [&](int thread, int team) {
+  return runTeam(testing, teamFor(tests, grains::box_tests, threads), [&](int thread, int team) {
     const Range own = ownPart(tests, thread, team);
     Buffer<Pair>& written = pairs.parts[thread];
     Buffer<std::uint32_t>& row = rows_[thread];
@@ -69,9 +68,20 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs,
       }
       written.resize(next - written.data());
     }
-    if (is_open) written.resize(test->keep(written.begin(), written.end()) - written.begin());
   });
-  pairs.addParts(!inexact || test);
+}
+
+template <class Real>
+int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs,
+                           const PairTest* test) {
+  const ScopedMode mode(exactMode());
+  const std::uint64_t tests = Triangle{boxes.size}.pairs();
+  pairs.clear(threads);
+  if (rows_.size() < static_cast<std::size_t>(threads)) rows_.resize(threads);
+  packCells(boxes);
+  const int used = testAll(boxes, tests, threads, pairs);
+  pairs.addParts(boxes.exact);
+  pairs.decide(test, threads);
   return used;
 }
 

@@ -22,6 +22,9 @@ class BruteForce : public PairFinder {
   std::size_t bytes() const override { return bytesOf(cells_, rows_); }
 
  private:
+  void packCells(const BoxSet& boxes);
+  int testAll(const BoxSet& boxes, std::uint64_t tests, int threads, PairList& pairs);
+
   Buffer<Group<Real>> cells_;                // in slot order
   std::vector<Buffer<std::uint32_t>> rows_;  // one a thread
 };
