@@ -15,9 +15,6 @@ static Region splitting("cell order: sample"), assigning("cell order: regions"),
 // Round numbers: boxes that decide on classes, enough to see a kind that is one in a few hundred,
 // and boxes of a region that one thread halves at a time, on average up to so many.
 constexpr std::size_t sampled_boxes = 1024, region_boxes = 512;
-// Orders of as many boxes that classes serve: their sizes seldom change. To choose classes takes a
-// fifth of the time to order 1,000 boxes.
-constexpr int most_uses = 8;
 
 template <class Real>
 void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
@@ -53,8 +50,6 @@ void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
 
 template <class Real>
 void BoxClasses<Real>::choose(const BoxSet& boxes) {
-  if (uses_ > 0 && boxes.size == chosen_for_ && uses_ < most_uses) return void(++uses_);
-  uses_ = 0;  // should memory end
   chooseLengths(boxes);
   std::array<ClassSummary<Real>, shapes> summaries = {};
   forSample<Real>(boxes, sampled_boxes, [&](Slot slot) {
@@ -81,8 +76,6 @@ void BoxClasses<Real>::choose(const BoxSet& boxes) {
   for (std::size_t index = 0; index < classes_.size(); ++index)
     index_of_[classes_[index].number] = static_cast<std::uint8_t>(index);
   classes_.push_back({unbounded});
-  chosen_for_ = boxes.size;
-  uses_ = 1;
 }
 
 template class BoxClasses<float>;

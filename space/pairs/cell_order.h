@@ -53,7 +53,7 @@ void forSample(const BoxSet& boxes, std::size_t most, Visit visit) {
 template <class Real>
 class BoxClasses {
  public:
-  // Chooses the classes for the boxes that are not NaN, or keeps those of a few calls before.
+  // Chooses the classes for the boxes that are not NaN.
   void choose(const BoxSet& boxes);
 
   // Those that the sample shows, small boxes first, and a last one for all others: boxes with
@@ -80,9 +80,7 @@ class BoxClasses {
     return bounded ? shape : unbounded;
   }
 
-  std::size_t chosen_for_ = 0;  // so many boxes
-  int uses_ = 0;                // of the classes; 0: there are none
-  Real most_short_[3];          // the greatest extents of boxes that are not long
+  Real most_short_[3];  // the greatest extents of boxes that are not long
   std::vector<ClassSummary<Real>> classes_;
   std::array<std::uint8_t, shapes> index_of_;
 };
