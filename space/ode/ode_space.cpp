@@ -8,6 +8,7 @@
 #include <new>
 #include <optional>
 #include <typeinfo>
+#include <utility>
 
 #include "space/base/tuning.h"
 #include "space/base/validate.h"
@@ -221,7 +222,9 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
 
 ParallelSAPSpace::~ParallelSAPSpace() {
   require(!isLocked(), "Invalid operation for locked space", "dSpaceDestroy");
-  pipeline_.observers = SpaceObservers();  // they print before those of spaces in it
+  {
+    const SpaceObservers last = std::move(pipeline_.observers);  // print before those of sub-spaces
+  }
   // The base class's destructor would not reach remove() any more.
   while (first) {
     if (cleanup)

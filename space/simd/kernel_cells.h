@@ -17,8 +17,8 @@ constexpr unsigned all_lanes = 0xffff;
 template <class Real>
 using Sixteen = Lanes::Sixteen<Real>;
 
-// NaN overlaps nothing. The formula holds for inverted boxes too, and so do bounds made of least
-// and greatest ones.
+// For overlapping(): NaN overlaps nothing, and inverted boxes do as the exact formula says; so do
+// bounds made of least and greatest ones.
 template <class Real>
 inline Sixteen<Real> sixteenOf(const Group<Real>& boxes) {
   return {boxes.lower[0], boxes.upper[0], group_size};
