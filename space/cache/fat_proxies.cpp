@@ -262,7 +262,8 @@ int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest&
     const Range own = ownPart(count, thread, team);
     Buffer<Pair>& part = pairs.parts[static_cast<std::size_t>(thread)];
     std::size_t kept = 0;
-    part.reserve((own.end - own.begin) / 2);  // the first has more from plain frames
+    // Parts grow with the pairs: in the first one there is room from plain frames.
+    part.reserve((own.end - own.begin) / 2);
     PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
       while (run < run_end) {
         const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);

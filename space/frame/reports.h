@@ -58,8 +58,8 @@ struct ResolvedPairs {
 
 // Calls call(pair, geoms) from `pair` on, while no geom comes or leaves: that makes `limit` null. A
 // callback that reads its geoms causes a cache miss a pair. Prefetching slows down one that only
-// counts. The time of the first pairs of each stretch decides. From `far_slots`
-// on, addresses of pairs and geoms are prefetched in any case. False if pairs are left.
+// counts. The time of the first pairs of each stretch decides. From far_slots on, pairs and places
+// in the table are prefetched in any case. False if pairs are left.
 template <class Pairs, class Entry, class Call>
 bool reportUnchanged(const Pairs& pairs, const Entry*& pair, const Entry* end, std::size_t slots,
                      const Reports& reports, const void*& limit, Call call) {

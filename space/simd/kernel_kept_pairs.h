@@ -36,9 +36,6 @@ inline Bounds boundsIn(const Box& box) {
 inline Bounds withSigns(const Bounds& bounds) {
   return _mm256_xor_ps(bounds, _mm256_setr_ps(0, 0, 0, -0.0f, 0, -0.0f, -0.0f, -0.0f));
 }
-inline Bounds boundsOf(const Box& box) {
-  return withSigns(boundsIn(box));
-}
 inline Bounds limitsOf(const Box& box) {
   const __m256i other_side = _mm256_setr_epi32(5, 6, 7, 0, 7, 0, 1, 2);
   return withSigns(_mm256_permutevar8x32_ps(boundsIn(box), other_side));
@@ -60,23 +57,23 @@ struct Bounds {
   Four front, back;
 };
 
-inline Bounds withSigns(const FourBits& front, const FourBits& back) {
-  return {reinterpret_cast<Four>(front ^ FourBits{0, 0, 0, INT32_MIN}),
-          reinterpret_cast<Four>(back ^ FourBits{0, INT32_MIN, INT32_MIN, INT32_MIN})};
+inline Bounds boundsIn(const Box& box) {
+  Bounds bounds;
+  memcpy(&bounds.front, box.lower, sizeof bounds.front);
+  memcpy(&bounds.back, box.lower + 2, sizeof bounds.back);
+  return bounds;
 }
-inline Bounds boundsOf(const Box& box) {
-  FourBits front, back;
-  memcpy(&front, box.lower, sizeof front);
-  memcpy(&back, box.lower + 2, sizeof back);
-  return withSigns(front, back);
+inline Bounds withSigns(const Bounds& bounds) {
+  const FourBits front = {0, 0, 0, INT32_MIN}, back = {0, INT32_MIN, INT32_MIN, INT32_MIN};
+  return {reinterpret_cast<Four>(reinterpret_cast<FourBits>(bounds.front) ^ front),
+          reinterpret_cast<Four>(reinterpret_cast<FourBits>(bounds.back) ^ back)};
 }
 inline Bounds limitsOf(const Box& box) {
-  FourBits front, back, upper, lower;
-  memcpy(&front, box.lower, sizeof front);
-  memcpy(&back, box.lower + 2, sizeof back);
-  pick<1, 2, 3, 4>(back, front, &upper);
-  pick<3, 4, 5, 6>(back, front, &lower);
-  return withSigns(upper, lower);
+  const Bounds bounds = boundsIn(box);
+  Bounds other_side;
+  pick<1, 2, 3, 4>(bounds.back, bounds.front, &other_side.front);
+  pick<3, 4, 5, 6>(bounds.back, bounds.front, &other_side.back);
+  return withSigns(other_side);
 }
 inline unsigned lanesOf(const FourBits& both) {
 #if defined(__SSE2__)
@@ -95,6 +92,9 @@ inline unsigned below(const Bounds& bounds, const Bounds& limits) {
   return lanesOf((bounds.front < limits.front) & (bounds.back < limits.back));
 }
 #endif
+inline Bounds boundsOf(const Box& box) {
+  return withSigns(boundsIn(box));
+}
 
 inline std::uint64_t boxesOutside(const Box* boxes, const Box* room, std::size_t count) {
   std::uint64_t outside = 0;
