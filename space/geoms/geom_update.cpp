@@ -15,7 +15,8 @@ namespace {
 
 Region updating("update: geoms"), comparing("update: silent changes");
 
-// True for most geoms that did not change silently, and no others, by rules without rest.
+// True for most geoms that did not change silently, and for no others. Not for rules by which geoms
+// rest.
 bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {
   return !(state & (disabled_state | no_box_state | space_state)) &&
          (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&

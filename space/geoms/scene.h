@@ -51,7 +51,7 @@ class Slots {
     place(geom, size() - 1);
   }
   dxGeom** tomeOf(const dxGeom* geom) const { return tomes_[slotOf(geom)]; }
-  // `unlink` takes the geom out of ODE's list. With `keep_size` the next geom gets no slot of now.
+  // `unlink` takes the geom out of ODE's list. With `keep_size` the next geom gets a new slot.
   template <class Unlink>
   void remove(dxGeom* geom, bool keep_size, Unlink unlink) {
     const Slot slot = slotOf(geom);

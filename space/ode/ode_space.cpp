@@ -476,7 +476,8 @@ inline GeomTree* ParallelSAPSpace::treeOf(const Use& use) {
   return use.isGuest() ? tree_.get() : tree_.made();
 }
 
-// Without a part of its own a call has another one, which takes stack in that case alone.
+// Without a part of its own a call has another one. That is on the stack of no other call: a
+// callback may need that.
 template <class Part, class Run>
 auto ParallelSAPSpace::with(Part* own, Run run) {
   const auto withOther = [&]() __attribute__((noinline)) {
