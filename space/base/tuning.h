@@ -15,6 +15,11 @@ constexpr std::size_t small_scene_slots = 120;
 // Parts that work is cut into for each thread, where they differ: threads done early take more.
 constexpr std::size_t tasks_a_thread = 16;
 
+constexpr std::size_t taskOf(std::size_t count, int team) {
+  const std::size_t tasks = team > 1 ? tasks_a_thread * static_cast<std::size_t>(team) : 1;
+  return std::max<std::size_t>((count + tasks - 1) / tasks, 1);
+}
+
 // Pairs that a thread takes at a time where all are alike.
 constexpr std::size_t chunk_pairs = 4096;
 
@@ -50,9 +55,9 @@ constexpr std::size_t far_slots = std::size_t{1} << 18;
 // on 8, and 1.15 times as long on 4.
 constexpr int least_resolving_threads = 8;
 
-// Pairs whose geoms are looked up at a time, 16 MB. With 2^18 the report took 1.1 times as long,
-// with 2^23 the same time.
-constexpr std::size_t resolved_pairs = std::size_t{1} << 20;
+// Pairs whose geoms are looked up at a time, 2 MB. Threads do not fall asleep while so many are
+// reported: with 2^20 a report to a callback that counts took 1.08 times as long.
+constexpr std::size_t resolved_pairs = std::size_t{1} << 17;
 
 // How far ahead a geom is prefetched that is only compared: that takes a few ns, a line from memory
 // a hundred times as long. Half as far took up to 1.33 times as long (peers, at rest).

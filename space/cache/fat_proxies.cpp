@@ -251,16 +251,18 @@ int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   return used;
 }
 
-// Each thread tests a part of the candidates. Within a tolerance they are pairs as they are.
+// Each thread tests some parts of the candidates. Within a tolerance they are pairs as they are.
 int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest& test,
                                PairList& pairs) {
+  constexpr int parts_a_thread = 4;  // a round number: each part costs the report a little
   const std::size_t count = candidates_.size();
-  const int most = teamFor(count, grains::tested_pairs, threads);
+  const int parts =
+      teamFor(count, grains::tested_pairs, threads > 1 ? parts_a_thread * threads : 1);
   const KernelSet& kernel = kernelSet();
-  pairs.clear(static_cast<std::size_t>(most));
-  const int used = runTeam(testing, most, [&](int thread, int team) {
-    const Range own = ownPart(count, thread, team);
-    Buffer<Pair>& part = pairs.parts[static_cast<std::size_t>(thread)];
+  pairs.clear(static_cast<std::size_t>(parts));
+  const auto testPart = [&](const Range& range, int) {
+    const Range own = partOf(count, static_cast<int>(range.begin), parts);
+    Buffer<Pair>& part = pairs.parts[range.begin];
     std::size_t kept = 0;
     // Parts grow with the pairs: in the first one there is room from plain frames.
     part.reserve((own.end - own.begin) / 2);
@@ -280,7 +282,9 @@ int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest&
       }
     });
     part.resize(kept);
-  });
+  };
+  const int team = std::min(parts, threads);
+  const int used = runChunks(testing, team, static_cast<std::size_t>(parts), 1, testPart, team);
   pairs.addParts(/*decided=*/true);
   return used;
 }

@@ -128,19 +128,23 @@ void GeomUpdate::forPart(dxGeom* const* const geoms, const std::size_t count, Sl
 template <class SlotAt, class Use>
 int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, SlotAt slotAt, int threads,
                          Use use) {
-  if (parts_.size() < static_cast<std::size_t>(threads) + 1) parts_.resize(threads + 1);
+  const std::size_t chunk = taskOf(count, threads), chunks = (count + chunk - 1) / chunk;
+  if (parts_.size() <= chunks) parts_.resize(chunks + 1);
   for (UpdatePart& part : parts_) {
     part.facts = UpdateFacts();
     part.deferred.clear();
   }
-  const int used = runTeam(updating, threads, [&](int index, int team) {
-    forPart(geoms, count, slotAt, ownPart(count, index, team), use, parts_[index]);
-  });
-  for (int index = 0; index < threads; ++index)
-    for (const Slot slot : parts_[index].deferred) {
+  const int used = runChunks(
+      updating, threads, count, chunk,
+      [&](const Range& range, int) {
+        forPart(geoms, count, slotAt, range, use, parts_[range.begin / chunk]);
+      },
+      threads);
+  for (std::size_t part = 0; part < chunks; ++part)
+    for (const Slot slot : parts_[part].deferred) {
       cleanGeom(geoms[slot]);
       const ScopedMode exact(exactMode());
-      use(geoms[slot], slot, parts_[threads]);
+      use(geoms[slot], slot, parts_[chunks]);
     }
   return used;
 }

@@ -56,23 +56,26 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellOrder<Real>& order, i
   std::size_t nodes = 0;
   for (std::size_t tree = 0; tree < views_.size(); ++tree) nodes += groupsFor(cells(tree));
   // Whole parents to a thread, so that each makes the bounds of its own cells at once.
-  runTeam(packing, teamFor(cells(), grains::cells, threads), [&](int thread, int team) {
-    const Range own = ownPart(nodes, thread, team);
-    std::size_t first_node = 0;  // of a tree
-    for (std::size_t tree = 0; tree < views_.size() && first_node < own.end; ++tree) {
-      const TreeView<Real>& view = views_[tree];
-      const std::size_t tree_nodes = groupsFor(cells(tree));
-      const std::size_t begin = std::max(own.begin, first_node) - first_node;
-      const std::size_t end = std::min(own.end - first_node, tree_nodes);
-      first_node += tree_nodes;
-      if (begin >= end) continue;
-      const std::size_t first = view.first_cell + begin * group_size;
-      const std::size_t last = view.first_cell + std::min(end * group_size, cells(tree));
-      kernel.packCells(boxesOf<Real>(boxes), order.boxesOfCells(), first, last, groups_.data());
-      kernel.packBounds(view.levels[0], cells(tree), begin, end, level(view, 1));
-      if (filtered) packFilters(boxes, first, last);
-    }
-  });
+  const int team = teamFor(cells(), grains::cells, threads);
+  runChunks(
+      packing, team, nodes, taskOf(nodes, team),
+      [&](const Range& own, int) {
+        std::size_t first_node = 0;  // of a tree
+        for (std::size_t tree = 0; tree < views_.size() && first_node < own.end; ++tree) {
+          const TreeView<Real>& view = views_[tree];
+          const std::size_t tree_nodes = groupsFor(cells(tree));
+          const std::size_t begin = std::max(own.begin, first_node) - first_node;
+          const std::size_t end = std::min(own.end - first_node, tree_nodes);
+          first_node += tree_nodes;
+          if (begin >= end) continue;
+          const std::size_t first = view.first_cell + begin * group_size;
+          const std::size_t last = view.first_cell + std::min(end * group_size, cells(tree));
+          kernel.packCells(boxesOf<Real>(boxes), order.boxesOfCells(), first, last, groups_.data());
+          kernel.packBounds(view.levels[0], cells(tree), begin, end, level(view, 1));
+          if (filtered) packFilters(boxes, first, last);
+        }
+      },
+      team);
   for (const TreeView<Real>& view : views_)
     for (int depth = 2; depth < view.depth; ++depth)
       kernel.packBounds(view.levels[depth - 1], view.groups[depth - 1], 0, view.groups[depth],

@@ -9,15 +9,20 @@
 
 namespace ode_parallel_sap {
 
+// A round number: of a tree.
+constexpr std::uint32_t sampled_nodes = 256;
+
 static Region comparing("sweep: active boxes"), sweeping("sweep: tasks");
 
-// Calls use(span) with the sum of extents of each cell of all trees; NaN where there is none.
+// Calls use(span) with the sum of extents of the cells of some nodes of all trees, in each frame
+// the same; NaN where there is none.
 template <class Real>
 template <class Use>
 void Sweep<Real>::forSpans(Use use) const {
   for (std::size_t i = 0; i < trees_.count(); ++i) {
     const TreeView<Real>& tree = trees_.views()[i];
-    for (std::uint32_t node = 0; tree.depth && node < tree.groups[1]; ++node) {
+    const std::uint32_t nodes = tree.depth ? tree.groups[1] : 0, step = nodes / sampled_nodes + 1;
+    for (std::uint32_t node = 0; node < nodes; node += step) {
       const Group<Real>& cells = tree.levels[1][node];
       for (int lane = 0; lane < group_size; ++lane) {
         Real span = 0;
