@@ -1,5 +1,6 @@
 #include "space/pairs/cell_order.h"
 
+#include <cmath>
 #include <utility>
 
 #include "space/base/both_sides.h"
@@ -20,6 +21,62 @@ constexpr std::size_t region_boxes = 512;
 // numbers.
 constexpr std::size_t sampledBoxes(std::size_t boxes) {
   return std::clamp<std::size_t>(boxes / 4, 256, 1024);
+}
+
+// Two halves of centres along the axis on which they lie farthest apart, and how far they do on
+// average of all axes.
+struct Halves {
+  Centre* middle;
+  std::uint32_t axis;
+  float length;
+};
+
+// There is at least one.
+static Halves sortByHalves(Centre* begin, Centre* end) {
+  Centre* const middle = begin + (end - begin) / 2;
+  float low[3], high[3];
+  for (int axis = 0; axis < 3; ++axis) low[axis] = high[axis] = begin->at[axis];
+  for (const Centre* centre = begin; centre < end; ++centre)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], centre->at[axis]);
+      high[axis] = std::max(high[axis], centre->at[axis]);
+    }
+  std::uint32_t widest = 0;
+  for (std::uint32_t axis = 1; axis < 3; ++axis)
+    if (high[axis] - low[axis] > high[widest] - low[widest]) widest = axis;
+  std::nth_element(begin, middle, end, [=](const Centre& a, const Centre& b) {
+    return a.at[widest] != b.at[widest] ? a.at[widest] < b.at[widest] : a.slot < b.slot;
+  });
+  return {middle, widest, (high[0] - low[0] + high[1] - low[1] + high[2] - low[2]) / 3};
+}
+
+// About how far apart the centres of a cell of sixteen boxes lie. A sample is halved until sixteen
+// are left, and if there are more boxes than in it, lengths are taken to go on as they did.
+template <class Real>
+double BoxClasses<Real>::cellLength(const BoxSet& boxes) const {
+  constexpr std::size_t halvings = 3, sampled = group_size << halvings;  // round numbers
+  std::vector<Centre> sample;
+  sample.reserve(sampled);
+  forSample<Real>(boxes, sampled, [&](Slot slot) {
+    const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
+    if (numberOf(box) == unbounded) return;
+    Centre centre = {{}, slot};
+    for (int axis = 0; axis < 3; ++axis) centre.at[axis] = static_cast<float>(centreOf(box, axis));
+    sample.push_back(centre);
+  });
+  double first = 0, last = 0;  // lengths
+  const auto halve = [&](auto self, Centre* begin, Centre* end, std::size_t left) -> void {
+    if (begin == end) return;
+    const Halves halves = sortByHalves(begin, end);
+    if (left == halvings) first = halves.length;
+    if (left == 0) return void(last += double(halves.length) / (std::size_t{1} << halvings));
+    self(self, begin, halves.middle, left - 1);
+    self(self, halves.middle, end, left - 1);
+  };
+  halve(halve, sample.data(), sample.data() + sample.size(), halvings);
+  if (boxes.size <= sampled || last == 0) return last;
+  const double further = std::log2(static_cast<double>(boxes.size) / sampled);
+  return last * std::pow(last / first, further / halvings);
 }
 
 template <class Real>
@@ -48,10 +105,15 @@ void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
   for (int axis = 0; axis < 3; ++axis)
     most_short_[axis] = static_cast<Real>(extents[axis][0] / std::max(counts[axis][0], 1.0));
   sum();
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(extents[axis][1] * counts[axis][0] >= far_longer * extents[axis][0] * counts[axis][1]) ||
-        counts[axis][1] == 0)
-      most_short_[axis] = any;
+  double least_long = -1;  // not known yet
+  for (int axis = 0; axis < 3; ++axis) {
+    if (extents[axis][1] * counts[axis][0] >= far_longer * extents[axis][0] * counts[axis][1] &&
+        counts[axis][1] > 0) {
+      if (least_long < 0) least_long = cellLength(boxes);
+      if (extents[axis][1] >= least_long * counts[axis][1]) continue;
+    }
+    most_short_[axis] = any;
+  }
 }
 
 template <class Real>
@@ -106,25 +168,11 @@ Centre* CellOrder<Real>::splitSample(const SamplePart& part) {
   const bool leads_to_regions = 2 * part.split >= regions.count;
   const std::uint32_t below = leads_to_regions ? regions.first + 2 * part.split - regions.count
                                                : regions.root + 2 * part.split - 1;
-  Centre *const begin = part.begin, *const end = part.end,
-                *const middle = begin + (end - begin) / 2;
   Split& split = splits_[regions.root + part.split - 1] = {0, below << axis_bits};
-  if (begin == end) return middle;
-  float low[3], high[3];
-  for (int axis = 0; axis < 3; ++axis) low[axis] = high[axis] = begin->at[axis];
-  for (const Centre* centre = begin; centre < end; ++centre)
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], centre->at[axis]);
-      high[axis] = std::max(high[axis], centre->at[axis]);
-    }
-  std::uint32_t widest = 0;
-  for (std::uint32_t axis = 1; axis < 3; ++axis)
-    if (high[axis] - low[axis] > high[widest] - low[widest]) widest = axis;
-  std::nth_element(begin, middle, end, [=](const Centre& a, const Centre& b) {
-    return a.at[widest] != b.at[widest] ? a.at[widest] < b.at[widest] : a.slot < b.slot;
-  });
-  split = {middle->at[widest], below << axis_bits | widest};
-  return middle;
+  if (part.begin == part.end) return part.begin;
+  const Halves halves = sortByHalves(part.begin, part.end);
+  split = {halves.middle->at[halves.axis], below << axis_bits | halves.axis};
+  return halves.middle;
 }
 
 // Makes all splits, from a sample of each class: the upper ones here, those below on all threads.

@@ -57,6 +57,12 @@ TEST_CASE("Boxes that are far longer on an axis are a class", "[classes]") {
   checkSizes<float>({{0, 0, 0}, {0, 0, 0}}, 1);
 }
 
+TEST_CASE("Boxes are no class that are shorter than a cell of all would be", "[classes]") {
+  checkSizes<float>({{0.01, 0.01, 0.01}, {1, 1, 1}}, 1);
+  checkSizes<float>({{1, 1, 1}, {HUGE_VAL, 1, 1}, {0.01, 0.01, 0.01}}, 2);
+  checkSizes<double>({{0.01, 0.01, 0.01}, {100, 1, 1}}, 2);
+}
+
 TEST_CASE("Each cell has boxes of one class", "[classes]") {
   const BoxSet boxes = boxesOfSizes<float>({{1, 1, 1}, {40, 1, 1}}, 600);
   CellOrder<float> order;
