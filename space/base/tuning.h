@@ -15,7 +15,8 @@ constexpr std::size_t small_scene_slots = 120;
 // Parts that work is cut into for each thread, where they differ: threads done early take more.
 constexpr std::size_t tasks_a_thread = 16;
 
-constexpr std::size_t taskOf(std::size_t count, int team) {
+// Items of a task, so that there are about so many tasks. One for a team of one.
+constexpr std::size_t taskSize(std::size_t count, int team) {
   const std::size_t tasks = team > 1 ? tasks_a_thread * static_cast<std::size_t>(team) : 1;
   return std::max<std::size_t>((count + tasks - 1) / tasks, 1);
 }
@@ -55,8 +56,8 @@ constexpr std::size_t far_slots = std::size_t{1} << 18;
 // on 8, and 1.15 times as long on 4.
 constexpr int least_resolving_threads = 8;
 
-// Pairs whose geoms are looked up at a time, 2 MB. Threads do not fall asleep while so many are
-// reported: with 2^20 a report to a callback that counts took 1.08 times as long.
+// Pairs whose geoms are looked up at a time, 2 MB. To a callback that counts they are reported
+// before the threads fall asleep: with 2^20 the report took 1.08 times as long.
 constexpr std::size_t resolved_pairs = std::size_t{1} << 17;
 
 // How far ahead a geom is prefetched that is only compared: that takes a few ns, a line from memory

@@ -251,7 +251,8 @@ int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   return used;
 }
 
-// Each thread tests some parts of the candidates. Within a tolerance they are pairs as they are.
+// Each part of the list has the pairs of an equal part of the candidates. Within a tolerance they
+// are pairs as they are.
 int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest& test,
                                PairList& pairs) {
   constexpr int parts_a_thread = 4;  // a round number: each part costs the report a little
@@ -260,27 +261,28 @@ int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest&
       teamFor(count, grains::tested_pairs, threads > 1 ? parts_a_thread * threads : 1);
   const KernelSet& kernel = kernelSet();
   pairs.clear(static_cast<std::size_t>(parts));
-  const auto testPart = [&](const Range& range, int) {
-    const Range own = partOf(count, static_cast<int>(range.begin), parts);
-    Buffer<Pair>& part = pairs.parts[range.begin];
+  const auto testPart = [&](const Range& numbers, int) {
+    const Range places = partOf(count, static_cast<int>(numbers.begin), parts);
+    Buffer<Pair>& part = pairs.parts[numbers.begin];
     std::size_t kept = 0;
     // Parts grow with the pairs: in the first one there is room from plain frames.
-    part.reserve((own.end - own.begin) / 2);
-    PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
-      while (run < run_end) {
-        const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
-        part.resize(kept + chunk);
-        Pair *const to = part.data() + kept, *end = to;
-        bool is_open = test.everyPair();
-        if (tolerance_ > 0)
-          end = std::copy(run, run + chunk, to);
-        else
-          is_open |= kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, end);
-        if (is_open) end = test.keep(to, end);
-        kept += static_cast<std::size_t>(end - to);
-        run += chunk;
-      }
-    });
+    part.reserve((places.end - places.begin) / 2);
+    PairCursor(candidates_)
+        .read(places.begin, places.end, [&](const Pair* run, const Pair* run_end) {
+          while (run < run_end) {
+            const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
+            part.resize(kept + chunk);
+            Pair *const to = part.data() + kept, *end = to;
+            bool is_open = test.everyPair();
+            if (tolerance_ > 0)
+              end = std::copy(run, run + chunk, to);
+            else
+              is_open |= kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, end);
+            if (is_open) end = test.keep(to, end);
+            kept += static_cast<std::size_t>(end - to);
+            run += chunk;
+          }
+        });
     part.resize(kept);
   };
   const int team = std::min(parts, threads);

@@ -20,9 +20,7 @@ Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
 
 // Few enough that nobody waits long for the last thread. A round number.
 std::size_t chunkFor(std::size_t pairs, int team) {
-  constexpr std::size_t most = 32;
-  return std::clamp<std::size_t>(pairs / (tasks_a_thread * static_cast<std::size_t>(team)), 1,
-                                 most);
+  return std::min<std::size_t>(taskSize(pairs, team), 32);
 }
 
 // Appends the contacts of a pair, by the program's ODE or its own collider. Returns their number.

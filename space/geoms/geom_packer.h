@@ -55,7 +55,7 @@ inline void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts) {
   facts.coarse += state & coarse_state ? sign : 0;
 }
 
-// What one thread learned of its geoms.
+// What was learned of a part of the geoms.
 struct alignas(64) UpdatePart {
   UpdateFacts facts;
   std::vector<Slot> deferred;  // moved geoms that only one thread may touch

@@ -89,7 +89,7 @@ bool CoarseBoxes::overlapFalsely(dxGeom* const* geoms, const Buffer<SlotState>& 
   return false;
 }
 
-// One thread's part of forGeoms(), in blocks. In a large scene the next geoms are prefetched.
+// A part of forGeoms(), in blocks. In a large scene the next geoms are prefetched.
 // Geoms that are the calling thread's business are deferred.
 template <class SlotAt, class Use>
 void GeomUpdate::forPart(dxGeom* const* const geoms, const std::size_t count, SlotAt slotAt,
@@ -128,8 +128,8 @@ void GeomUpdate::forPart(dxGeom* const* const geoms, const std::size_t count, Sl
 template <class SlotAt, class Use>
 int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, SlotAt slotAt, int threads,
                          Use use) {
-  const std::size_t chunk = taskOf(count, threads), chunks = (count + chunk - 1) / chunk;
-  if (parts_.size() <= chunks) parts_.resize(chunks + 1);
+  const std::size_t chunk = taskSize(count, threads), chunks = (count + chunk - 1) / chunk;
+  parts_.resize(chunks + 1);  // the last one is the calling thread's
   for (UpdatePart& part : parts_) {
     part.facts = UpdateFacts();
     part.deferred.clear();

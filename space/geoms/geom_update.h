@@ -40,8 +40,8 @@ class CoarseBoxes {
   int age_ = 0;  // of the answer, in frames
 };
 
-// The paper's first half: each thread brings the AABBs of its n/c geoms up to date and writes their
-// boxes to a part of the storage that is its own; joining the parts then moves no box.
+// The paper's first half: threads bring the AABBs of parts of the geoms up to date, and write their
+// boxes to parts of the storage that no others write to; joining the parts then moves no box.
 class GeomUpdate {
  public:
   // Brings the dirty ones of geoms[0..slots) up to date (null: an empty slot). All of them are in

@@ -55,10 +55,10 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellOrder<Real>& order, i
   const Kernels<Real>& kernel = kernels<Real>();
   std::size_t nodes = 0;
   for (std::size_t tree = 0; tree < views_.size(); ++tree) nodes += groupsFor(cells(tree));
-  // Whole parents to a thread, so that each makes the bounds of its own cells at once.
+  // Whole parents to a task, which makes the bounds of its cells at once.
   const int team = teamFor(cells(), grains::cells, threads);
   runChunks(
-      packing, team, nodes, taskOf(nodes, team),
+      packing, team, nodes, taskSize(nodes, team),
       [&](const Range& own, int) {
         std::size_t first_node = 0;  // of a tree
         for (std::size_t tree = 0; tree < views_.size() && first_node < own.end; ++tree) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 
 #include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"
@@ -9,27 +10,21 @@
 
 namespace ode_parallel_sap {
 
-// A round number: of a tree.
-constexpr std::uint32_t sampled_nodes = 256;
-
 static Region comparing("sweep: active boxes"), sweeping("sweep: tasks");
 
-// Calls use(span) with the sum of extents of the cells of some nodes of all trees, in each frame
-// the same; NaN where there is none.
+// Calls use(spans) for each node of all trees: the sums of extents of its cells, NaN for none.
 template <class Real>
 template <class Use>
 void Sweep<Real>::forSpans(Use use) const {
   for (std::size_t i = 0; i < trees_.count(); ++i) {
     const TreeView<Real>& tree = trees_.views()[i];
-    const std::uint32_t nodes = tree.depth ? tree.groups[1] : 0, step = nodes / sampled_nodes + 1;
-    for (std::uint32_t node = 0; node < nodes; node += step) {
+    for (std::uint32_t node = 0; tree.depth && node < tree.groups[1]; ++node) {
       const Group<Real>& cells = tree.levels[1][node];
-      for (int lane = 0; lane < group_size; ++lane) {
-        Real span = 0;
-        for (int axis = 0; axis < 3; ++axis)
-          span += cells.upper[axis][lane] - cells.lower[axis][lane];
-        use(span);
-      }
+      Real spans[group_size] = {};
+      for (int axis = 0; axis < 3; ++axis)
+        for (int lane = 0; lane < group_size; ++lane)
+          spans[lane] += cells.upper[axis][lane] - cells.lower[axis][lane];
+      use(spans);
     }
   }
 }
@@ -63,13 +58,18 @@ bool Sweep<Real>::mayReuseCells(const BoxSet& boxes, int threads) {
 // they were. What was infinite has not grown.
 template <class Real>
 bool Sweep<Real>::areGoodCells() {
-  double growth = 0, count = 0;
+  Real growths[group_size] = {}, counts[group_size] = {};  // by lane: sums that vectors add to
   const Real* before = spans_.begin();
-  forSpans([&](Real span) {
-    growth += span > *before ? span / *before - 1 : 0;
-    count += span == span;
-    ++before;
+  forSpans([&](const Real* spans) {
+    for (int lane = 0; lane < group_size; ++lane) {
+      const Real growth = spans[lane] / before[lane] - 1;
+      growths[lane] += growth > 0 ? growth : 0;
+      counts[lane] += spans[lane] == spans[lane] ? 1 : 0;
+    }
+    before += group_size;
   });
+  const double growth = std::accumulate(growths, growths + group_size, 0.0);
+  const double count = std::accumulate(counts, counts + group_size, 0.0);
   const bool good = !(growth > most_growth * count);
   ++reuses_;
   good ? back_off_.paid() : back_off_.failed();
@@ -90,7 +90,10 @@ void Sweep<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>&
     order_.build(boxes, threads, workspace);
     trees_.build(boxes, order_, threads);
     spans_.resizeDiscarding(0);
-    forSpans([this](Real span) { spans_.push_back(span); });
+    forSpans([this](const Real* spans) {
+      spans_.resize(spans_.size() + group_size);
+      std::copy(spans, spans + group_size, spans_.end() - group_size);
+    });
     reuses_ = 0;
     has_cells_ = true;
   }
@@ -104,8 +107,8 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs, const P
   build(boxes, threads, pairs.parts[0]);
   tasks_.clear();
   const std::size_t trees = trees_.count();
-  const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
-  const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_searches);
+  const std::size_t share = groupsFor(taskSize(trees_.cells(), threads)) * group_size;
+  const std::size_t task_cells = std::min(share, chunk_searches);
   for (std::size_t own = 0; own < trees; ++own)
     for (std::size_t begin = 0, cells = trees_.cells(own); begin < cells; begin += task_cells)
       tasks_.push_back({trees_.views(), trees, own, begin, std::min(begin + task_cells, cells)});

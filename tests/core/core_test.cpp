@@ -68,6 +68,59 @@ TEST_CASE(
 
 namespace {
 
+// Unit boxes side by side, in rows of 128.
+BoxSet layerOfBoxes(std::size_t count) {
+  BoxSet boxes;
+  boxes.size = count;
+  boxes.exact = true;
+  boxes.boxes.resize(count);
+  for (Slot slot = 0; slot < count; ++slot) {
+    const float x = static_cast<float>(slot % 128), y = static_cast<float>(slot / 128);
+    boxes.boxes[slot] = {{x, y, 0}, {x + 1, y + 1, 1}};
+  }
+  return boxes;
+}
+
+// Cells, on the only tree, of boxes from both ends of the scene.
+std::size_t wideCells(const CellTrees<float>& trees, float width) {
+  std::size_t wide = 0;
+  for (std::size_t cell = 0; cell < trees.cells(0); ++cell) {
+    const Group<float>& bounds = trees.views()[0].levels[1][cell / group_size];
+    wide += bounds.upper[0][cell % group_size] - bounds.lower[0][cell % group_size] > width;
+  }
+  return wide;
+}
+
+}  // namespace
+
+TEST_CASE("Wherever cells grow, all are cut anew") {
+  constexpr Slot all = 128 * 128;
+  constexpr float far = 1e6f;
+  std::size_t nodes = 1;
+  for (std::size_t node = 0; node < nodes; ++node) {
+    BoxSet boxes = layerOfBoxes(all);
+    Sweep<float> sweep;
+    Buffer<std::uint64_t> workspace;
+    sweep.build(boxes, 1, workspace);
+    const TreeView<float>& tree = sweep.trees().views()[0];
+    nodes = tree.groups[1];
+    // Half the boxes of the node's cells fly to one place, where kept cells would all reach.
+    const std::size_t first = node * group_size;
+    const std::size_t last = std::min(first + group_size, sweep.trees().cells(0));
+    for (std::size_t cell = first; cell < last; ++cell)
+      for (int lane = 0; lane < group_size; lane += 2)
+        for (float* const x : {boxes.boxes[tree.levels[0][cell].slot[lane]].lower,
+                               boxes.boxes[tree.levels[0][cell].slot[lane]].upper})
+          x[0] += far;
+    sweep.build(boxes, 1, workspace);
+    INFO("node " << node << " of " << nodes);
+    REQUIRE(wideCells(sweep.trees(), far / 2) < std::max<std::size_t>((last - first) / 2, 2));
+  }
+  CHECK(nodes > 32);
+}
+
+namespace {
+
 // Of any bits, or of a box of that size and some other bounds.
 void drawBounds(sap_test::Random& random, double size, double (&bounds)[6]) {
   const double special[] = {0.0,       -0.0,     NAN,        HUGE_VAL,
