@@ -15,7 +15,7 @@ constexpr std::size_t small_scene_slots = 120;
 // Parts that work is cut into for each thread, where they differ: threads done early take more.
 constexpr std::size_t tasks_a_thread = 16;
 
-// Items of a task, so that there are about so many tasks. One for a team of one.
+// Items of a task, so that there are about so many tasks. A team of one has one task.
 constexpr std::size_t taskSize(std::size_t count, int team) {
   const std::size_t tasks = team > 1 ? tasks_a_thread * static_cast<std::size_t>(team) : 1;
   return std::max<std::size_t>((count + tasks - 1) / tasks, 1);

@@ -1,6 +1,7 @@
 #include "space/pairs/cell_order.h"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "space/base/both_sides.h"
@@ -23,60 +24,95 @@ constexpr std::size_t sampledBoxes(std::size_t boxes) {
   return std::clamp<std::size_t>(boxes / 4, 256, 1024);
 }
 
-// Two halves of centres along the axis on which they lie farthest apart, and how far they do on
-// average of all axes.
-struct Halves {
-  Centre* middle;
-  std::uint32_t axis;
-  float length;
+namespace {
+
+// How far centres lie apart: the axis on which they lie farthest, and the mean of all axes.
+struct Spread {
+  std::uint32_t widest;
+  float mean;
 };
 
-// There is at least one.
-static Halves sortByHalves(Centre* begin, Centre* end) {
-  Centre* const middle = begin + (end - begin) / 2;
-  float low[3], high[3];
+// Needs at least one centre.
+Spread spreadOf(const Centre* begin, const Centre* end) {
+  float low[3], high[3], length[3];
   for (int axis = 0; axis < 3; ++axis) low[axis] = high[axis] = begin->at[axis];
   for (const Centre* centre = begin; centre < end; ++centre)
     for (int axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], centre->at[axis]);
       high[axis] = std::max(high[axis], centre->at[axis]);
     }
+  for (int axis = 0; axis < 3; ++axis) length[axis] = high[axis] - low[axis];
   std::uint32_t widest = 0;
   for (std::uint32_t axis = 1; axis < 3; ++axis)
-    if (high[axis] - low[axis] > high[widest] - low[widest]) widest = axis;
-  std::nth_element(begin, middle, end, [=](const Centre& a, const Centre& b) {
-    return a.at[widest] != b.at[widest] ? a.at[widest] < b.at[widest] : a.slot < b.slot;
-  });
-  return {middle, widest, (high[0] - low[0] + high[1] - low[1] + high[2] - low[2]) / 3};
+    if (length[axis] > length[widest]) widest = axis;
+  return {widest, (length[0] + length[1] + length[2]) / 3};
 }
 
+// Returns the middle.
+Centre* sortByHalves(Centre* begin, Centre* end, std::uint32_t axis) {
+  Centre* const middle = begin + (end - begin) / 2;
+  std::nth_element(begin, middle, end, [=](const Centre& a, const Centre& b) {
+    return a.at[axis] != b.at[axis] ? a.at[axis] < b.at[axis] : a.slot < b.slot;
+  });
+  return middle;
+}
+
+// The lower quartile of the spreads of parts, which end where the next ones begin: a few boxes far
+// away do not show.
+float typicalSpread(const std::vector<Centre*>& parts) {
+  std::vector<float> spreads;
+  for (std::size_t i = 0; i + 1 < parts.size(); ++i)
+    if (parts[i] < parts[i + 1]) spreads.push_back(spreadOf(parts[i], parts[i + 1]).mean);
+  if (spreads.empty()) return 0;
+  const auto quartile = spreads.begin() + static_cast<std::ptrdiff_t>(spreads.size() / 4);
+  std::nth_element(spreads.begin(), quartile, spreads.end());
+  return *quartile;
+}
+
+}  // namespace
+
 // About how far apart the centres of a cell of sixteen boxes lie. A sample is halved until sixteen
-// are left, and if there are more boxes than in it, lengths are taken to go on as they did.
+// are left. If there are more boxes than in it, spreads are taken to go on as in the last halvings.
 template <class Real>
 double BoxClasses<Real>::cellLength(const BoxSet& boxes) const {
-  constexpr std::size_t halvings = 3, sampled = group_size << halvings;  // round numbers
+  // Round numbers. So many boxes show clusters of some hundred.
+  constexpr std::size_t least_sampled = 64, most_sampled = 1024, sampled_share = 32;
+  constexpr int compared_halvings = 2;
+  std::size_t sampled = least_sampled;
+  while (sampled < most_sampled && sampled * sampled_share < boxes.size) sampled *= 2;
   std::vector<Centre> sample;
-  sample.reserve(sampled);
+  Real origin[3] = {};
   forSample<Real>(boxes, sampled, [&](Slot slot) {
     const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
     if (numberOf(box) == unbounded) return;
     Centre centre = {{}, slot};
-    for (int axis = 0; axis < 3; ++axis) centre.at[axis] = static_cast<float>(centreOf(box, axis));
+    for (int axis = 0; axis < 3; ++axis) {
+      if (sample.empty()) origin[axis] = centreOf(box, axis);
+      const Real at = centreOf(box, axis) - origin[axis];
+      centre.at[axis] = at == at ? static_cast<float>(at) : 0;
+    }
     sample.push_back(centre);
   });
-  double first = 0, last = 0;  // lengths
-  const auto halve = [&](auto self, Centre* begin, Centre* end, std::size_t left) -> void {
-    if (begin == end) return;
-    const Halves halves = sortByHalves(begin, end);
-    if (left == halvings) first = halves.length;
-    if (left == 0) return void(last += double(halves.length) / (std::size_t{1} << halvings));
-    self(self, begin, halves.middle, left - 1);
-    self(self, halves.middle, end, left - 1);
-  };
-  halve(halve, sample.data(), sample.data() + sample.size(), halvings);
-  if (boxes.size <= sampled || last == 0) return last;
-  const double further = std::log2(static_cast<double>(boxes.size) / sampled);
-  return last * std::pow(last / first, further / halvings);
+  int left = 0;  // halvings
+  while (std::size_t{group_size} << (left + 1) <= sample.size()) ++left;
+  std::vector<Centre*> parts = {sample.data(), sample.data() + sample.size()};
+  for (double before = 0;; --left) {
+    if (left == compared_halvings) before = typicalSpread(parts);
+    if (left == 0) {
+      const double last = typicalSpread(parts);
+      if (boxes.size <= sampled || before == 0) return last;
+      const double further = std::log2(static_cast<double>(boxes.size) / sampled);
+      return last * std::pow(last / before, further / compared_halvings);
+    }
+    std::vector<Centre*> halves;
+    for (std::size_t i = 0; i + 1 < parts.size(); ++i) {
+      const std::uint32_t axis = spreadOf(parts[i], parts[i + 1]).widest;
+      halves.push_back(parts[i]);
+      halves.push_back(sortByHalves(parts[i], parts[i + 1], axis));
+    }
+    halves.push_back(parts.back());
+    parts.swap(halves);
+  }
 }
 
 template <class Real>
@@ -105,12 +141,12 @@ void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
   for (int axis = 0; axis < 3; ++axis)
     most_short_[axis] = static_cast<Real>(extents[axis][0] / std::max(counts[axis][0], 1.0));
   sum();
-  double least_long = -1;  // not known yet
+  std::optional<double> least_long;
   for (int axis = 0; axis < 3; ++axis) {
     if (extents[axis][1] * counts[axis][0] >= far_longer * extents[axis][0] * counts[axis][1] &&
         counts[axis][1] > 0) {
-      if (least_long < 0) least_long = cellLength(boxes);
-      if (extents[axis][1] >= least_long * counts[axis][1]) continue;
+      if (!least_long) least_long = cellLength(boxes);
+      if (extents[axis][1] >= *least_long * counts[axis][1]) continue;
     }
     most_short_[axis] = any;
   }
@@ -170,9 +206,10 @@ Centre* CellOrder<Real>::splitSample(const SamplePart& part) {
                                                : regions.root + 2 * part.split - 1;
   Split& split = splits_[regions.root + part.split - 1] = {0, below << axis_bits};
   if (part.begin == part.end) return part.begin;
-  const Halves halves = sortByHalves(part.begin, part.end);
-  split = {halves.middle->at[halves.axis], below << axis_bits | halves.axis};
-  return halves.middle;
+  const std::uint32_t axis = spreadOf(part.begin, part.end).widest;
+  Centre* const middle = sortByHalves(part.begin, part.end, axis);
+  split = {middle->at[axis], below << axis_bits | axis};
+  return middle;
 }
 
 // Makes all splits, from a sample of each class: the upper ones here, those below on all threads.

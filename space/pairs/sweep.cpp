@@ -58,7 +58,7 @@ bool Sweep<Real>::mayReuseCells(const BoxSet& boxes, int threads) {
 // they were. What was infinite has not grown.
 template <class Real>
 bool Sweep<Real>::areGoodCells() {
-  Real growths[group_size] = {}, counts[group_size] = {};  // by lane: sums that vectors add to
+  Real growths[group_size] = {}, counts[group_size] = {};  // sums, by lane
   const Real* before = spans_.begin();
   forSpans([&](const Real* spans) {
     for (int lane = 0; lane < group_size; ++lane) {
@@ -107,8 +107,8 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs, const P
   build(boxes, threads, pairs.parts[0]);
   tasks_.clear();
   const std::size_t trees = trees_.count();
-  const std::size_t share = groupsFor(taskSize(trees_.cells(), threads)) * group_size;
-  const std::size_t task_cells = std::min(share, chunk_searches);
+  const std::size_t share = taskSize(trees_.cells(), threads) / group_size * group_size;
+  const std::size_t task_cells = std::clamp<std::size_t>(share, group_size, chunk_searches);
   for (std::size_t own = 0; own < trees; ++own)
     for (std::size_t begin = 0, cells = trees_.cells(own); begin < cells; begin += task_cells)
       tasks_.push_back({trees_.views(), trees, own, begin, std::min(begin + task_cells, cells)});

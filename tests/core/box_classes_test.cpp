@@ -63,6 +63,16 @@ TEST_CASE("Boxes are no class that are shorter than a cell of all would be", "[c
   checkSizes<double>({{0.01, 0.01, 0.01}, {100, 1, 1}}, 2);
 }
 
+TEST_CASE("Bars stay a class where a few boxes are far away", "[classes]") {
+  BoxSet boxes = boxesOfSizes<float>({{1, 1, 1}, {1, 1, 1}, {40, 1, 1}}, 3000);
+  for (Slot slot = 0; slot < boxes.size; slot += 20)
+    for (float* const bounds : {boxes.boxes[slot].lower, boxes.boxes[slot].upper})
+      bounds[1] += 1e6f;
+  BoxClasses<float> classes;
+  classes.choose(boxes);
+  CHECK(classes.of(boxes.boxes[1]) != classes.of(boxes.boxes[2]));
+}
+
 TEST_CASE("Each cell has boxes of one class", "[classes]") {
   const BoxSet boxes = boxesOfSizes<float>({{1, 1, 1}, {40, 1, 1}}, 600);
   CellOrder<float> order;
