@@ -265,7 +265,7 @@ int FatProxies::testCandidates(const BoxSet& boxes, int threads, const PairTest&
     const Range places = partOf(count, static_cast<int>(numbers.begin), parts);
     Buffer<Pair>& part = pairs.parts[numbers.begin];
     std::size_t kept = 0;
-    // Parts grow with the pairs: in the first one there is room from plain frames.
+    // It grows with the pairs. The first part has room from plain frames.
     part.reserve((places.end - places.begin) / 2);
     PairCursor(candidates_)
         .read(places.begin, places.end, [&](const Pair* run, const Pair* run_end) {

@@ -55,7 +55,7 @@ inline void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts) {
   facts.coarse += state & coarse_state ? sign : 0;
 }
 
-// What was learned of a part of the geoms.
+// The facts of a part of the geoms, which one thread brings up to date.
 struct alignas(64) UpdatePart {
   UpdateFacts facts;
   std::vector<Slot> deferred;  // moved geoms that only one thread may touch

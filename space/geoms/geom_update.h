@@ -40,8 +40,8 @@ class CoarseBoxes {
   int age_ = 0;  // of the answer, in frames
 };
 
-// The paper's first half: threads bring the AABBs of parts of the geoms up to date, and write their
-// boxes to parts of the storage that no others write to; joining the parts then moves no box.
+// The paper's first half: threads take parts of the geoms, bring their AABBs up to date and write
+// their boxes to the same parts of the storage. So nobody moves a box to join the parts.
 class GeomUpdate {
  public:
   // Brings the dirty ones of geoms[0..slots) up to date (null: an empty slot). All of them are in

@@ -75,7 +75,8 @@ float typicalSpread(const std::vector<Centre*>& parts) {
 // are left. If there are more boxes than in it, spreads are taken to go on as in the last halvings.
 template <class Real>
 double BoxClasses<Real>::cellLength(const BoxSet& boxes) const {
-  // Round numbers. So many boxes show clusters of some hundred.
+  // Round numbers. With a quarter of the most, bars in clusters of 500 or 1,000 boxes, of 20,000,
+  // were no class, and frames took 1.06 to 1.12 of the instructions.
   constexpr std::size_t least_sampled = 64, most_sampled = 1024, sampled_share = 32;
   constexpr int compared_halvings = 2;
   std::size_t sampled = least_sampled;
