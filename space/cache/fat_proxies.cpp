@@ -41,6 +41,16 @@ float marginOf(const Box& box, float share) {
   return least > 0 && least <= std::numeric_limits<float>::max() ? least * share : 0;
 }
 
+// Lower and upper bounds alike, each rounded.
+Box movedBack(const Box& box, const Box& move) {
+  Box moved;
+  for (int axis = 0; axis < 3; ++axis) {
+    moved.lower[axis] = box.lower[axis] - move.lower[axis];
+    moved.upper[axis] = box.upper[axis] - move.upper[axis];
+  }
+  return moved;
+}
+
 // The greatest distance of a bound of one from that of the other.
 float distanceOf(const Box& a, const Box& b) {
   float distance = 0;
@@ -65,6 +75,26 @@ Box grown(const Box& box, float margin) {
 
 }  // namespace
 
+// What the moves of boxes since the sample was taken have in common: on each axis their median, if
+// nearly all go in one direction, else 0.
+Box FatProxies::sharedMove(const BoxSet& boxes) const {
+  Box shared;
+  for (int axis = 0; axis < 3; ++axis) {
+    float moves[most_sampled];
+    std::size_t count = 0, up = 0, down = 0;
+    for (std::size_t k = 0; k < sample_.size(); ++k) {
+      const float move = boxes.boxes[k * sample_step_].lower[axis] - sample_[k].first.lower[axis];
+      if (!std::isfinite(move)) continue;
+      moves[count++] = move;
+      up += move > 0, down += move < 0;
+    }
+    const bool are_alike = (count - std::max(up, down)) * changing_share < count;
+    if (are_alike) std::nth_element(moves, moves + count / 2, moves + count);
+    shared.lower[axis] = shared.upper[axis] = are_alike ? moves[count / 2] : 0;
+  }
+  return shared;
+}
+
 // Goes on with the sample, or takes one if the last is of other slots. Returns whether it goes on.
 bool FatProxies::followSample(const BoxSet& boxes) {
   // The same slots again, while about as many are there: some come and go in every frame.
@@ -72,13 +102,21 @@ bool FatProxies::followSample(const BoxSet& boxes) {
   const bool known = reach <= boxes.size && boxes.size < 2 * reach;
   sampled_frames_ = known ? sampled_frames_ + 1 : 0;
   if (known) return true;
+  restartMove();
   sample_.resizeDiscarding(std::min(most_sampled, boxes.size / sampled_share));
-  sample_step_ = boxes.size / std::max<std::size_t>(sample_.size(), 1);
+  // Odd: slots that programs fill alike often lie even numbers apart.
+  sample_step_ = (boxes.size / std::max<std::size_t>(sample_.size(), 1) - 1) | 1;
   for (std::size_t k = 0; k < sample_.size(); ++k) {
     const Box& box = boxes.boxes[k * sample_step_];
     sample_[k] = {box, box, 0};
   }
   return false;
+}
+
+// The sample is of the boxes of now.
+void FatProxies::restartMove() {
+  at_start_ = movedBack({}, moved());
+  since_sample_ = {};
 }
 
 // Finds the least margins in which nearly all boxes of a sample have stayed since it was taken, and
@@ -91,6 +129,7 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
   const float useful = static_cast<float>(std::min(tolerance, most));
   share_ = useful > 0 ? fat_shares[0] : 0;
   if (!followSample(boxes)) return useful;
+  since_sample_ = sharedMove(boxes);
   const float frames = static_cast<float>(sampled_frames_);
   const std::size_t margins = boxes.size > far_slots / 2 ? 1 : std::size(fat_shares);
   std::size_t compared = 0, left = 0, fast[std::size(fat_shares)] = {}, fast_for_tolerance = 0;
@@ -98,7 +137,7 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
     const Box& box = boxes.boxes[k * sample_step_];
     auto& [first, last, farthest] = sample_[k];
     if (isActive(box) && isActive(last)) {
-      farthest = std::max(farthest, distanceOf(first, box));
+      farthest = std::max(farthest, distanceOf(first, movedBack(box, since_sample_)));
       ++compared;
       for (std::size_t i = 0; i < margins; ++i)
         fast[i] += !(farthest * std::max(1.0f, servedBy(fat_shares[i]) / frames) <=
@@ -106,7 +145,7 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
       left += !(farthest <= marginOf(box, fat_shares[margins - 1]));
       fast_for_tolerance += !(distanceOf(last, box) <= useful * most_loose / 2);
     } else {
-      sample_[k] = {box, box, 0};
+      sample_[k] = {movedBack(box, since_sample_), box, 0};
     }
     last = box;
   }
@@ -114,6 +153,7 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
   if (frames >= servedBy(fat_shares[margins - 1]) || left * changing_share > compared) {
     for (Sampled& box : sample_) box = {box.last, box.last, 0};
     sampled_frames_ = 0;
+    restartMove();
   }
   if (compared == 0) return useful;
   if (useful > 0 && fast_for_tolerance * changing_share <= compared) return useful;
@@ -121,6 +161,10 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
   for (std::size_t i = margins; i-- > 0;)
     if (fast[i] * changing_share <= compared) share_ = fat_shares[i];
   return 0;
+}
+
+Box FatProxies::moved() const {
+  return movedBack(since_sample_, at_start_);
 }
 
 bool FatProxies::filtersChanged(const BoxSet& boxes, Slot slot) const {
@@ -139,12 +183,14 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
   left_.growTo(any);
   for (std::size_t word = words; word < left_.words(); ++word) left_.setWord(word, 0);
   const KernelSet& kernel = kernelSet();
+  const Box move = moved();
   const bool filters = boxes.filter_bits || boxes.filter_bodies;
   runTeam(leaving, teamFor(words, grains::cells, threads), [&](int thread, int team) {
     const Range own = ownPart(words, thread, team);
     for (std::size_t word = own.begin; word < own.end; ++word) {
       const std::size_t first = word * word_slots, count = std::min(both - first, word_slots);
-      std::uint64_t bits = kernel.boxesOutside(&boxes.boxes[first], &fat_.boxes[first], count);
+      std::uint64_t bits =
+          kernel.boxesOutside(&boxes.boxes[first], move, &fat_.boxes[first], count);
       for (std::size_t i = 0; filters && i < count; ++i)
         bits |= std::uint64_t{filtersChanged(boxes, static_cast<Slot>(first + i))} << i;
       if (tolerance_ > 0) {
@@ -152,7 +198,7 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
         Box most[word_slots];
         for (std::size_t i = 0; i < count; ++i)
           most[i] = grown(boxes.boxes[first + i], tolerance_ * most_loose);
-        bits |= kernel.boxesOutside(&fat_.boxes[first], most, count);
+        bits |= kernel.boxesOutside(&fat_.boxes[first], move, most, count);
       }
       left_.setWord(word, bits);
     }
@@ -163,6 +209,7 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
 bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads) {
   const ScopedMode mode(exactMode());
   const float before = std::exchange(tolerance_, usefulTolerance(boxes, tolerance));
+  if (tolerance_ > 0) at_start_ = since_sample_;
   if (before != tolerance_) {
     stop();
     back_off_ = BackOff(4);
@@ -199,7 +246,7 @@ void FatProxies::stop() {
 
 // Also takes over the filters.
 void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
-  const Box& box = boxes.boxes[slot];
+  const Box box = movedBack(boxes.boxes[slot], moved());
   fat_.boxes[slot] =
       grown(box, tolerance_ > 0 ? tolerance_ * most_loose / 2 : marginOf(box, share));
   if (boxes.filter_bits) fat_.bits[slot] = boxes.bits[slot];
@@ -209,6 +256,7 @@ void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
 int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
   frames_ = 0;
   stray_rows_ = 0;
+  at_start_ = since_sample_;
   fat_.filter_bits = boxes.filter_bits;
   fat_.filter_bodies = boxes.filter_bodies;
   fat_.exact = true;  // of candidates none is borderline

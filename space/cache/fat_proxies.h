@@ -15,7 +15,8 @@ namespace ode_parallel_sap {
 // Each box gets a fat one, a box with a margin. While boxes stay in their fat ones, the pairs that
 // overlap are among the candidates, the pairs of fat boxes. A frame tests these and searches
 // nothing. Boxes that leave get other fat ones, whose candidates are found anew. With a tolerance
-// all candidates are pairs.
+// all candidates are pairs. Without one, boxes that share a move since they got fat boxes are
+// compared less that move: rounding keeps the order of bounds, so no pair is missed.
 class FatProxies {
  public:
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
@@ -31,8 +32,8 @@ class FatProxies {
 
   // Candidates that the last find() did not find anew.
   std::size_t kept() const { return kept_; }
-  // Each box lies in its fat box, with its filters, and candidates are all pairs of fat boxes. Also
-  // validates the sweep's trees, if these are of the fat boxes.
+  // Each box, less the shared move, lies in its fat box, with its filters, and candidates are all
+  // pairs of fat boxes. Also validates the sweep's trees, if these are of the fat boxes.
   void validate(const BoxSet& boxes, const Sweep<float>& sweep) const;
   std::size_t bytes() const {
     return bytesOf(fat_, candidates_, left_, leaving_, changed_pairs_, sample_);
@@ -40,6 +41,9 @@ class FatProxies {
 
  private:
   bool followSample(const BoxSet& boxes);
+  Box sharedMove(const BoxSet& boxes) const;
+  void restartMove();
+  Box moved() const;
   float usefulTolerance(const BoxSet& boxes, double tolerance);
   bool filtersChanged(const BoxSet& boxes, Slot slot) const;
   void listLeft(const BoxSet& boxes, int threads);
@@ -49,8 +53,8 @@ class FatProxies {
   int testCandidates(const BoxSet& boxes, int threads, const PairTest& test, PairList& pairs);
   void stop();
 
-  // A box when the sample was taken, or since it is there, and in the last frame, and how far from
-  // the first it has been.
+  // A box when the sample was taken, or since it is there less the shared move, and in the last
+  // frame, and how far from the first it has been, shared moves apart.
   struct Sampled {
     Box first, last;
     float farthest;
@@ -71,6 +75,9 @@ class FatProxies {
   Buffer<Sampled> sample_;
   int sampled_frames_ = 0;       // since it was taken
   std::size_t sample_step_ = 0;  // slots from one to the next
+  // Shared moves, lower and upper bounds alike: since the sample was taken, and what that was when
+  // all got fat boxes. The difference is the move since then.
+  Box since_sample_ = {}, at_start_ = {};
 };
 
 }  // namespace ode_parallel_sap

@@ -33,6 +33,9 @@ inline Bounds boundsIn(const Box& box) {
   return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(box.lower)),
                               _mm_loadu_ps(box.lower + 2), 1);
 }
+inline Bounds movedBack(const Bounds& bounds, const Bounds& move) {
+  return _mm256_sub_ps(bounds, move);
+}
 inline Bounds withSigns(const Bounds& bounds) {
   return _mm256_xor_ps(bounds, _mm256_setr_ps(0, 0, 0, -0.0f, 0, -0.0f, -0.0f, -0.0f));
 }
@@ -62,6 +65,9 @@ inline Bounds boundsIn(const Box& box) {
   memcpy(&bounds.front, box.lower, sizeof bounds.front);
   memcpy(&bounds.back, box.lower + 2, sizeof bounds.back);
   return bounds;
+}
+inline Bounds movedBack(const Bounds& bounds, const Bounds& move) {
+  return {bounds.front - move.front, bounds.back - move.back};
 }
 inline Bounds withSigns(const Bounds& bounds) {
   const FourBits front = {0, 0, 0, INT32_MIN}, back = {0, INT32_MIN, INT32_MIN, INT32_MIN};
@@ -96,10 +102,13 @@ inline Bounds boundsOf(const Box& box) {
   return withSigns(boundsIn(box));
 }
 
-inline std::uint64_t boxesOutside(const Box* boxes, const Box* room, std::size_t count) {
+inline std::uint64_t boxesOutside(const Box* boxes, const Box& move, const Box* room,
+                                  std::size_t count) {
+  const Bounds all_moved = boundsIn(move);
   std::uint64_t outside = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const bool inside = notAbove(boundsOf(room[i]), boundsOf(boxes[i])) == all_bounds;
+    const Bounds bounds = withSigns(movedBack(boundsIn(boxes[i]), all_moved));
+    const bool inside = notAbove(boundsOf(room[i]), bounds) == all_bounds;
     outside |= std::uint64_t{!inside && isActive(boxes[i])} << i;
   }
   return outside;

@@ -137,9 +137,9 @@ struct KernelSet {
   const char* name;
   Kernels<float> narrow;
   Kernels<double> wide;
-  // Bit i, i < count <= 64: box i is active and not within room[i].
-  std::uint64_t (*boxesOutside)(const BasicBox<float>* boxes, const BasicBox<float>* room,
-                                std::size_t count);
+  // Bit i, i < count <= 64: box i is active and, less `move` bound by bound, not within room[i].
+  std::uint64_t (*boxesOutside)(const BasicBox<float>* boxes, const BasicBox<float>& move,
+                                const BasicBox<float>* room, std::size_t count);
   // Writes to `end` those of `kept`, without the borderline bit and in their order, whose boxes
   // overlap, with that bit where floats cannot decide, and moves it behind them; there is room for
   // all. Returns whether one may be borderline; not if floats are `exact`.

@@ -177,7 +177,7 @@ class Driver {
   void collideFrames();
   void fill(int space, Random& random);
   void driftAll(int space, double distance);
-  void trembleAll(int space, double share, double leaving, Random& random);
+  void trembleAll(int space, double share, double leaving, double together, Random& random);
   void changeLast(int space, Random& random);
   std::string problemOfNumbers(int space, const Pairs& got) const;
   Pairs owedPairs(int space) const;

@@ -54,9 +54,10 @@ void Driver::driftAll(int space, double distance) {
   }
 }
 
-// Each geom by up to this share of its least extent along each axis; a part of them far. What has
-// no extent stays: it has no room either. So do rays, of which many lie along an axis.
-void Driver::trembleAll(int space, double share, double leaving, Random& random) {
+// All by the same move, and each geom by up to this share of its least extent along each axis; a
+// part of them far. What has no extent stays: it has no room either. So do rays, of which many lie
+// along an axis.
+void Driver::trembleAll(int space, double share, double leaving, double together, Random& random) {
   for (const int member : objects_[space].members) {
     if (objects_[member].kind >= kRay) continue;
     const dGeomID geom = objects_[member].geom;
@@ -68,7 +69,8 @@ void Driver::trembleAll(int space, double share, double leaving, Random& random)
     const double distance = random.chance(leaving) ? 0.3 : share * least;
     dVector3 at;
     dGeomCopyPosition(geom, at);
-    for (int axis = 0; axis < 3; ++axis) at[axis] += real(random.between(-distance, distance));
+    for (int axis = 0; axis < 3; ++axis)
+      at[axis] += real((axis - 1) * together + random.between(-distance, distance));
     dGeomSetPosition(geom, at[0], at[1], at[2]);
     ++changes_;
   }
@@ -157,12 +159,13 @@ void Driver::collideFrames() {
   // Where rounding decides whether a culled pair rests, only its event tells.
   if (events && dParallelSAPSpaceGetCullPlanes(id)) events |= dParallelSAPEventPairs;
   const bool events_stay = decisions_.chance(160);
+  const double together = decisions_.chance(96) ? (decisions_.chance(128) ? 0.1 : 30) : 0;
   Random random = decisions_.random();
   if (motion == kTremble) fill(space, random);
   log(std::to_string(frames) + " frames of " + std::to_string(space) + ", motion " +
       std::to_string(motion) + " by " + std::to_string(distance) + ", moving " +
-      std::to_string(moving) + ", changing " + std::to_string(changing) + ", events " +
-      std::to_string(events));
+      std::to_string(moving) + ", together " + std::to_string(together) + ", changing " +
+      std::to_string(changing) + ", events " + std::to_string(events));
   const int method = motion == kTremble ? dParallelSAPSpaceGetMethod(id) : 0;
   const dReal tolerance = motion == kTremble ? dParallelSAPSpaceGetTolerance(id) : 0;
   if (motion == kTremble) {
@@ -178,7 +181,7 @@ void Driver::collideFrames() {
   }
   for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
     if (motion == kDrift) driftAll(space, distance);
-    if (motion == kTremble) trembleAll(space, distance, moving, random);
+    if (motion == kTremble) trembleAll(space, distance, moving, together, random);
     if (motion == kTremble && random.chance(0.2)) changeLast(space, random);
     if (motion == kStep) stepBodies(moving, 9, random);
     for (const int member : objects_[space].members)
