@@ -117,14 +117,13 @@ dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geo
 void resolve(const PairList& pairs, Range places, dxGeom* const* geoms, int threads,
              dParallelSAPPair* to) {
   const std::size_t count = places.end - places.begin;
-  const int team = teamFor(count, grains::moved_pairs, threads);
-  const auto resolveTask = [&](const Range& task, int) {
-    dParallelSAPPair* next = to + task.begin;
+  runTeam(resolving, teamFor(count, grains::moved_pairs, threads), [&](int thread, int team) {
+    const Range own = ownPart(count, thread, team);
+    dParallelSAPPair* next = to + own.begin;
     PairCursor(pairs).read(
-        places.begin + task.begin, places.begin + task.end,
+        places.begin + own.begin, places.begin + own.end,
         [&](const Pair* begin, const Pair* end) { next = resolve(begin, end, geoms, next); });
-  };
-  runChunks(resolving, team, count, taskSize(count, team), resolveTask, team);
+  });
 }
 
 }  // namespace ode_parallel_sap
