@@ -11,7 +11,7 @@ namespace ode_parallel_sap::mechanisms {
 constexpr bool kept_pairs = true;
 // What changed meets a kept tree (GeomTree). Else any change has all found anew.
 constexpr bool incremental_trees = true;
-// Pairs of boxes with room to move in are kept where all move by little (FatProxies).
+// Pairs of boxes with room to move in are kept where all move by little or together (FatProxies).
 constexpr bool fat_pairs = true;
 // Cells are kept while their boxes stay together (Sweep).
 constexpr bool kept_cells = true;

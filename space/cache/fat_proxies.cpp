@@ -41,16 +41,6 @@ float marginOf(const Box& box, float share) {
   return least > 0 && least <= std::numeric_limits<float>::max() ? least * share : 0;
 }
 
-// Lower and upper bounds alike, each rounded.
-Box movedBack(const Box& box, const Box& move) {
-  Box moved;
-  for (int axis = 0; axis < 3; ++axis) {
-    moved.lower[axis] = box.lower[axis] - move.lower[axis];
-    moved.upper[axis] = box.upper[axis] - move.upper[axis];
-  }
-  return moved;
-}
-
 // The greatest distance of a bound of one from that of the other.
 float distanceOf(const Box& a, const Box& b) {
   float distance = 0;
@@ -75,24 +65,45 @@ Box grown(const Box& box, float margin) {
 
 }  // namespace
 
+// Each bound rounded.
+Box FatProxies::movedBack(const Box& box, const Box& move) {
+  Box moved;
+  for (int axis = 0; axis < 3; ++axis) {
+    moved.lower[axis] = box.lower[axis] - move.lower[axis];
+    moved.upper[axis] = box.upper[axis] - move.upper[axis];
+  }
+  return moved;
+}
+
 // What the moves of boxes since the sample was taken have in common: on each axis their median, if
-// nearly all go in one direction, else 0.
+// nearly all go in one direction, by whatever distance, else 0. No move where more boxes stay in
+// their margins without it.
 Box FatProxies::sharedMove(const BoxSet& boxes) const {
-  Box shared;
+  Box shared = {};
+  bool any = false;
   for (int axis = 0; axis < 3; ++axis) {
     float moves[most_sampled];
     std::size_t count = 0, up = 0, down = 0;
-    for (std::size_t k = 0; k < sample_.size(); ++k) {
-      const float move = boxes.boxes[k * sample_step_].lower[axis] - sample_[k].first.lower[axis];
+    for (const Sampled& of : sample_) {
+      const float move = boxes.boxes[of.slot].lower[axis] - of.first.lower[axis];
       if (!std::isfinite(move)) continue;
       moves[count++] = move;
       up += move > 0, down += move < 0;
     }
-    const bool are_alike = (count - std::max(up, down)) * changing_share < count;
-    if (are_alike) std::nth_element(moves, moves + count / 2, moves + count);
-    shared.lower[axis] = shared.upper[axis] = are_alike ? moves[count / 2] : 0;
+    if ((count - std::max(up, down)) * changing_share >= count) continue;
+    std::nth_element(moves, moves + count / 2, moves + count);
+    shared.lower[axis] = shared.upper[axis] = moves[count / 2];
+    any = true;
   }
-  return shared;
+  if (!any) return shared;
+  std::size_t with = 0, without = 0;
+  for (const Sampled& of : sample_) {
+    const Box& box = boxes.boxes[of.slot];
+    const float margin = marginOf(box, widest_share);
+    with += distanceOf(of.first, movedBack(box, shared)) > margin;
+    without += distanceOf(of.first, box) > margin;
+  }
+  return with <= without ? shared : Box{};
 }
 
 // Goes on with the sample, or takes one if the last is of other slots. Returns whether it goes on.
@@ -104,16 +115,17 @@ bool FatProxies::followSample(const BoxSet& boxes) {
   if (known) return true;
   restartMove();
   sample_.resizeDiscarding(std::min(most_sampled, boxes.size / sampled_share));
-  // Odd: slots that programs fill alike often lie even numbers apart.
-  sample_step_ = (boxes.size / std::max<std::size_t>(sample_.size(), 1) - 1) | 1;
+  sample_step_ = boxes.size / std::max<std::size_t>(sample_.size(), 1);
   for (std::size_t k = 0; k < sample_.size(); ++k) {
-    const Box& box = boxes.boxes[k * sample_step_];
-    sample_[k] = {box, box, 0};
+    // Anywhere in its step: slots that programs fill alike often lie even distances apart.
+    const std::size_t within = (static_cast<std::uint32_t>(k) * 0x9e3779b9u >> 16) % sample_step_;
+    const Slot slot = static_cast<Slot>(k * sample_step_ + within);
+    sample_[k] = {slot, boxes.boxes[slot], boxes.boxes[slot], 0};
   }
   return false;
 }
 
-// The sample is of the boxes of now.
+// The sample is of the boxes of now: what they moved since fat boxes were made counts as before it.
 void FatProxies::restartMove() {
   at_start_ = movedBack({}, moved());
   since_sample_ = {};
@@ -133,9 +145,8 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
   const float frames = static_cast<float>(sampled_frames_);
   const std::size_t margins = boxes.size > far_slots / 2 ? 1 : std::size(fat_shares);
   std::size_t compared = 0, left = 0, fast[std::size(fat_shares)] = {}, fast_for_tolerance = 0;
-  for (std::size_t k = 0; k < sample_.size(); ++k) {
-    const Box& box = boxes.boxes[k * sample_step_];
-    auto& [first, last, farthest] = sample_[k];
+  for (auto& [slot, first, last, farthest] : sample_) {
+    const Box& box = boxes.boxes[slot];
     if (isActive(box) && isActive(last)) {
       farthest = std::max(farthest, distanceOf(first, movedBack(box, since_sample_)));
       ++compared;
@@ -145,13 +156,14 @@ float FatProxies::usefulTolerance(const BoxSet& boxes, double tolerance) {
       left += !(farthest <= marginOf(box, fat_shares[margins - 1]));
       fast_for_tolerance += !(distanceOf(last, box) <= useful * most_loose / 2);
     } else {
-      sample_[k] = {movedBack(box, since_sample_), box, 0};
+      first = movedBack(box, since_sample_);
+      farthest = 0;
     }
     last = box;
   }
   // A sample of which too many are out of all margins would be of no use any more.
   if (frames >= servedBy(fat_shares[margins - 1]) || left * changing_share > compared) {
-    for (Sampled& box : sample_) box = {box.last, box.last, 0};
+    for (Sampled& of : sample_) of = {of.slot, of.last, of.last, 0};
     sampled_frames_ = 0;
     restartMove();
   }
@@ -198,7 +210,7 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
         Box most[word_slots];
         for (std::size_t i = 0; i < count; ++i)
           most[i] = grown(boxes.boxes[first + i], tolerance_ * most_loose);
-        bits |= kernel.boxesOutside(&fat_.boxes[first], move, most, count);
+        bits |= kernel.boxesOutside(&fat_.boxes[first], Box{}, most, count);
       }
       left_.setWord(word, bits);
     }

@@ -19,9 +19,10 @@ namespace ode_parallel_sap {
 // compared less that move: rounding keeps the order of bounds, so no pair is missed.
 class FatProxies {
  public:
-  // Whether find() should find the pairs of these boxes, which are floats: they have moved little
-  // in the last frames, and did not leave the last fat ones too soon. With a `tolerance` that is
-  // enough for their motion margins are a part of it, and all candidates are pairs.
+  // Whether find() should find the pairs of these boxes, which are floats: they have moved little,
+  // or together, in the last frames, and did not leave the last fat ones too soon. With a
+  // `tolerance` that is enough for their motion margins are a part of it, and all candidates are
+  // pairs.
   bool prepare(const BoxSet& boxes, double tolerance, int threads);
   // A frame did without. After many in a row nothing is held.
   void noteUnused();
@@ -41,6 +42,7 @@ class FatProxies {
 
  private:
   bool followSample(const BoxSet& boxes);
+  static Box movedBack(const Box& box, const Box& move);
   Box sharedMove(const BoxSet& boxes) const;
   void restartMove();
   Box moved() const;
@@ -56,6 +58,7 @@ class FatProxies {
   // A box when the sample was taken, or since it is there less the shared move, and in the last
   // frame, and how far from the first it has been, shared moves apart.
   struct Sampled {
+    Slot slot;
     Box first, last;
     float farthest;
   };
@@ -74,7 +77,7 @@ class FatProxies {
   std::size_t kept_ = 0;
   Buffer<Sampled> sample_;
   int sampled_frames_ = 0;       // since it was taken
-  std::size_t sample_step_ = 0;  // slots from one to the next
+  std::size_t sample_step_ = 0;  // slots, from each of which one is taken
   // Shared moves, lower and upper bounds alike: since the sample was taken, and what that was when
   // all got fat boxes. The difference is the move since then.
   Box since_sample_ = {}, at_start_ = {};

@@ -14,20 +14,17 @@ namespace ode_parallel_sap {
 void FatProxies::validate(const BoxSet& boxes, const Sweep<float>& sweep) const {
   constexpr char invariant[] =
       "each box, less the shared move, lies in its fat box, with its filters, and candidates are "
-      "all "
-      "pairs of fat boxes";
+      "all pairs of fat boxes";
   const ScopedMode mode(exactMode());
   candidates_.validate(fat_.size);
   if (sweep.holds(fat_)) sweep.trees().validate(fat_);
   mustHold(fat_.size == boxes.size, invariant);
   const Box move = moved();
   for (Slot slot = 0; slot < boxes.size; ++slot) {
-    const Box &box = boxes.boxes[slot], &fat = fat_.boxes[slot];
-    if (!isActive(box)) continue;
+    if (!isActive(boxes.boxes[slot])) continue;
+    const Box box = movedBack(boxes.boxes[slot], move), &fat = fat_.boxes[slot];
     for (int axis = 0; axis < 3; ++axis)
-      mustHold(fat.lower[axis] <= box.lower[axis] - move.lower[axis] &&
-                   box.upper[axis] - move.upper[axis] <= fat.upper[axis],
-               invariant);
+      mustHold(fat.lower[axis] <= box.lower[axis] && box.upper[axis] <= fat.upper[axis], invariant);
     mustHold(!filtersChanged(boxes, slot), invariant);
   }
   const auto isPair = [&](Slot a, Slot b) {

@@ -89,9 +89,11 @@ inline bool hasBitsOf(const dxGeom* geom, Slot slot, const BoxSet& boxes) {
          foldsExactly(collide);
 }
 
-// Beyond this a step of floats is more than a small part of the tolerance.
+// Beyond this a step of floats is more than a small part of the tolerance. Steps of denormals are
+// as long as the least.
 inline dReal mostFor(dReal tolerance) {
   constexpr dReal least_steps = 0x1p18;  // fixed: 32 steps in a tolerance
+  if (tolerance < 32 * std::numeric_limits<float>::denorm_min()) return 0;
   return std::min<dReal>(tolerance * least_steps, most_bound);
 }
 // Whether a finite bound lies there.

@@ -154,6 +154,23 @@ TEST_CASE("A tolerance lets no pair through that is further apart, whatever the 
         }
 }
 
+TEST_CASE("Nor does one below the steps of denormals", "[motions]") {
+  const double step = std::numeric_limits<float>::denorm_min();
+  for (const double tolerance : {0.7, 0.85, 20.0, 40.0}) {
+    const Space space(on_cpu);
+    World world(space);
+    for (int i = 0; i < 300; ++i) {
+      const double at = (i % 2) * (40.7 + i / 2 % 5 * 0.06) + i / 2 % 11 * 0.13;
+      const dReal width = real(40 * step);
+      const dGeomID geom = world.take(dCreateBox(space, width, width, width));
+      dGeomSetPosition(geom, real(at * step), real(i / 2 * 90 * step), 0);
+    }
+    dParallelSAPSpaceSetTolerance(space, real(tolerance * step));
+    INFO("tolerance " << tolerance << " steps");
+    REQUIRE(wrongByRules(Rules::of(space), world.geoms(), collide(space)) == "");
+  }
+}
+
 TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {
   const Space space(on_cpu);
   World world(space);
