@@ -288,7 +288,8 @@ TEST_CASE("Auto is brute force for up to 500 geoms while all of them are in one 
     world.addBoxes(onePlace(n, 6));
     const auto methodAt = [&](double x, double distance) {
       for (std::size_t i = 0; i < n; ++i)
-        dGeomSetPosition(world.geoms()[i], x + distance * static_cast<double>(i), 0, 0);
+        dGeomSetPosition(world.geoms()[i], (i % 2 ? x : -x) + distance * static_cast<double>(i), 0,
+                         0);
       (void)collide(space);
       return statsOf(space).method;
     };
