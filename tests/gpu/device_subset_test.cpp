@@ -101,6 +101,25 @@ int freeDevices() {
   return static_cast<int>(std::count(machine.begin(), machine.end(), '-'));
 }
 
+// Nothing is left on any device, and no call was made without a context.
+void checkAllGivenBack() {
+  for (std::size_t i = 0; i < machine.size(); ++i)
+    CHECK(emulation::device(static_cast<int>(i)).in_use == 0);
+  CHECK(emulation::callsWithoutContext() == 0);
+}
+
+// Whether work() is true in a child of this process, which then ends.
+template <class Work>
+bool isTrueInChild(Work work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);
+    std::exit(work() ? 0 : 1);
+  }
+  int status = 1;
+  return waitpid(child, &status, 0) == child && status == 0;
+}
+
 // Each full device was tried and named once, and all others had work.
 void checkFullOnes(const sap_test::Messages& messages) {
   std::size_t named = 0;
@@ -168,8 +187,7 @@ TEST_CASE("Full devices are tried and named once, and the others serve every fra
     if (!free) CHECK(dParallelSAPSpaceSetBackend(automatic.space, dParallelSAPBackendCUDA));
   }
   checkFullOnes(messages);
-  for (std::size_t i = 0; i < machine.size(); ++i)
-    CHECK(emulation::device(static_cast<int>(i)).in_use == 0);
+  checkAllGivenBack();
 }
 
 TEST_CASE("Auto uses the free device where the first is full, or says once that there is none",
@@ -183,10 +201,14 @@ TEST_CASE("Auto uses the free device where the first is full, or says once that 
   CHECK(devices == freeDevices());
   CHECK(scene.collide(20).devices == freeDevices());
   checkFullOnes(messages);
+  // Nor is there one left where that fails.
+  failCudaCall(freeDevices() ? 10 : 0);
+  for (int frame = 0; frame < 30; ++frame) CHECK(scene.collide().devices == 0);
+  failCudaCall(0);
+  CHECK(messages.all().size() == 1u + freeDevices());
 }
 
 TEST_CASE("Only devices of one generation share a scene", "[.][free-other-free]") {
-  REQUIRE(machine == "-o-");
   const sap_test::Messages messages;
   {
     Scene scene(dParallelSAPBackendCUDA, 3);
@@ -205,13 +227,10 @@ TEST_CASE("Only devices of one generation share a scene", "[.][free-other-free]"
       CHECK(emulation::device(device).asked_links == 2);
     }
   }
-  CHECK(emulation::device(0).in_use == 0);
-  CHECK(emulation::device(2).in_use == 0);
-  CHECK(emulation::callsWithoutContext() == 0);
+  checkAllGivenBack();
 }
 
 TEST_CASE("Devices that may not read each other's memory share no scene", "[.][no-links]") {
-  REQUIRE(machine == "--");
   const sap_test::Messages messages;
   using emulation::Settings;
   for (const auto links : {Settings::None, Settings::Refused}) {
@@ -252,12 +271,23 @@ TEST_CASE("Pages of large storage are locked from the second frame until it is g
     CHECK(emulation::locks().now == before);
   }
   CHECK(emulation::locks().now == 0);
-  CHECK(emulation::device(0).in_use == 0);
-  CHECK(emulation::callsWithoutContext() == 0);
+  checkAllGivenBack();
+
+  // Where pages cannot be locked frames are found as before.
+  const sap_test::Messages messages;
+  emulation::settings().locks_allowed = false;
+  Scene scene(dParallelSAPBackendCUDA, 1, 20000);
+  const int before = emulation::locks().asked;
+  scene.collide(2);
+  const int asked = emulation::locks().asked;
+  CHECK(asked > before);
+  CHECK(scene.collide(5).backend == dParallelSAPBackendCUDA);
+  CHECK(emulation::locks().asked == asked);  // and nobody asks again
+  CHECK(emulation::locks().now == 0);
+  CHECK(messages.all().empty());
 }
 
 TEST_CASE("Kernels read boxes from locked pages, and write pairs to them", "[.][kernels-on-host]") {
-  REQUIRE(machine == "-");
   emulation::settings().kernels_run = true;
   Scene scene(dParallelSAPBackendCUDA, 1, 3000);
   CHECK(scene.collide(3).pairs > 8192);
@@ -269,7 +299,6 @@ TEST_CASE("Kernels read boxes from locked pages, and write pairs to them", "[.][
 TEST_CASE(
     "Devices read boxes while others are packed, and are waited for where they become doubles",
     "[.][read-ahead]") {
-  REQUIRE(machine == "--");
   emulation::settings().kernels_run = true;
   for (const int devices : {1, 2}) {
     INFO(devices << " devices");
@@ -313,35 +342,16 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("Where pages cannot be locked frames are found as before", "[.][no-locks]") {
-  REQUIRE(machine == "-");
-  const sap_test::Messages messages;
-  emulation::settings().locks_allowed = false;
-  Scene scene(dParallelSAPBackendCUDA, 1, 20000);
-  scene.collide(2);
-  const int asked = emulation::locks().asked;
-  CHECK(asked > 0);
-  CHECK(scene.collide(5).backend == dParallelSAPBackendCUDA);
-  CHECK(emulation::locks().asked == asked);  // and nobody asks again
-  CHECK(emulation::locks().now == 0);
-  CHECK(messages.all().empty());
-}
-
 TEST_CASE("After a fork the program's pages are locked anew", "[.][forked-locks]") {
-  REQUIRE(machine == "-");
   Scene scene(dParallelSAPBackendCUDA, 1, 20000);
   scene.collide(3);
   const emulation::Locks before = emulation::locks();
   REQUIRE(before.now > 0);
-  const pid_t child = fork();
-  if (child == 0) {
-    // The pages that it gives back are not those of the device.
+  // The pages that the child gives back are not those of the device.
+  CHECK(isTrueInChild([&] {
     dSpaceDestroy(scene.space);
-    _exit(emulation::locks().now == before.now ? 0 : 1);
-  }
-  int status = 0;
-  REQUIRE(waitpid(child, &status, 0) == child);
-  CHECK(status == 0);
+    return emulation::locks().now == before.now;
+  }));
   scene.collide();
   CHECK(emulation::locks().asked == before.asked + static_cast<int>(before.now));
   CHECK(emulation::locks().now == before.now);
@@ -350,7 +360,6 @@ TEST_CASE("After a fork the program's pages are locked anew", "[.][forked-locks]
 }
 
 TEST_CASE("Devices are made ready once a thread for it can be had", "[.][no-thread]") {
-  REQUIRE(machine == "--");  // the first is made ready when tests ask what there is
   DevicePool& pool = DevicePool::get();
   {
     const sap_test::ThreadLimit limit(1);
@@ -361,7 +370,6 @@ TEST_CASE("Devices are made ready once a thread for it can be had", "[.][no-thre
 }
 
 TEST_CASE("Full devices are tried again at growing intervals, until they have room", "[.][freed]") {
-  REQUIRE(machine == "fff");
   const sap_test::Messages messages;
   Scene scene(dParallelSAPBackendCUDA, 2);
   const auto begin = std::chrono::steady_clock::now();
@@ -378,7 +386,6 @@ TEST_CASE("Full devices are tried again at growing intervals, until they have ro
 
 TEST_CASE("A device that is out of memory in a frame is used again, one that failed is not",
           "[.][full-in-frame]") {
-  REQUIRE(machine == "-");
   ode_parallel_sap::setMemoryRetry(std::chrono::milliseconds(20));
   for (const auto fail : {failAllocation, failCudaCall}) {
     Scene scene(dParallelSAPBackendCUDA, 1);
@@ -393,14 +400,12 @@ TEST_CASE("A device that is out of memory in a frame is used again, one that fai
 }
 
 TEST_CASE("Setting the CUDA back end has another thread make a device ready", "[.][first-use]") {
-  REQUIRE(machine == "-");
   Scene scene(dParallelSAPBackendCUDA);
   CHECK(isMetWithin(20, [] { return DevicePool::get().ready() == 1; }));
 }
 
 TEST_CASE("Frames go on where the program resets a device, which is made ready anew",
           "[.][reset]") {
-  REQUIRE(machine == "--");
   const sap_test::Messages messages;
   std::size_t said = 0;
   const auto play = [&](int backend, int method, std::size_t boxes) {
@@ -436,32 +441,21 @@ TEST_CASE("Frames go on where the program resets a device, which is made ready a
 }
 
 TEST_CASE("The child of a process that makes devices ready uses the CPU", "[.][forked]") {
-  REQUIRE(machine == "-");
   emulation::settings().contexts_wait = true;
   DevicePool::get().prepare(1);
   while (emulation::device(0).tried == 0) std::this_thread::yield();
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(20);
-    bool right = false;
-    {
-      Scene scene(dParallelSAPBackendCPU);
-      right = !dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendCUDA);
-      dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendAuto);
-      right = right && scene.collide(30).devices == 0;
-    }
-    std::exit(right ? 0 : 1);
-  }
-  int status = 0;
-  REQUIRE(waitpid(child, &status, 0) == child);
-  CHECK(status == 0);
+  CHECK(isTrueInChild([] {
+    Scene scene(dParallelSAPBackendCPU);
+    const bool has_none = !dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendCUDA);
+    dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendAuto);
+    return has_none && scene.collide(30).devices == 0;
+  }));
   emulation::settings().contexts_wait = false;
   Scene scene(dParallelSAPBackendCUDA);
   CHECK(scene.collide(3).devices == 1);
 }
 
 TEST_CASE("A program's device and context are left as they were", "[.][free-free]") {
-  REQUIRE(machine == "--");
   const auto frames = [](int devices) {
     const auto before = emulation::contextOfThread();
     {
@@ -486,13 +480,11 @@ TEST_CASE("A program's device and context are left as they were", "[.][free-free
     frames(1);
     frames(2);
   }).join();
-  CHECK(emulation::callsWithoutContext() == 0);
-  for (const int device : {0, 1}) CHECK(emulation::device(device).in_use == 0);
+  checkAllGivenBack();
 }
 
 TEST_CASE("A device that fails in a frame costs time, not pairs, and is given back whole",
           "[.][free-free-free]") {
-  REQUIRE(machine == "---");
   Scene(dParallelSAPBackendCUDA, 3).collide();  // makes all of them ready
   emulation::settings().kernels_run = true;
   const sap_test::Messages messages;
@@ -528,8 +520,7 @@ TEST_CASE("A device that fails in a frame costs time, not pairs, and is given ba
     }
     failCudaCall(0);
   }
-  for (const int device : {0, 1, 2}) CHECK(emulation::device(device).in_use == 0);
-  CHECK(emulation::callsWithoutContext() == 0);
+  checkAllGivenBack();
 }
 
 TEST_CASE("Of the threads that serve one device or several two and more have work",
@@ -556,7 +547,6 @@ TEST_CASE("Of the threads that serve one device or several two and more have wor
 }
 
 TEST_CASE("A device that is had once boxes are read finds pairs, too", "[.][had-later]") {
-  REQUIRE(machine == "--");
   emulation::settings().kernels_run = true;
   const sap_test::Boxes scene = sap_test::denseCube(2000, 5);
   for (const bool while_reading : {false, true}) {

@@ -1,5 +1,6 @@
 # The CUDA back end on devices that are emulated: needs CUDA's headers, no device. Its kernels are compiled as C++, so none of this
 # is linked with CUDA's runtime.
+find_package(CUDAToolkit REQUIRED)
 get_target_property(sources ode-parallel-sap-cuda-objects SOURCES)
 list(TRANSFORM sources PREPEND "${PROJECT_SOURCE_DIR}/cuda/")
 set(kernels ${sources})
@@ -33,7 +34,7 @@ enable_warnings(emulation-tests)
 # Devices are free (-), full (f), of another generation (o) or too old (x).
 set(machines)
 foreach(machine full-free=f- auto-full-free=f- free-full-free=-f- full-full=ff auto-full=f free-free=-- free-free-free=---
-                free-other-free=-o- no-links=-- locks-of-two=-- read-ahead=-- locks=- kernels-on-host=- no-locks=- forked-locks=- no-thread=-- freed=fff
+                free-other-free=-o- no-links=-- locks-of-two=-- read-ahead=-- locks=- kernels-on-host=- forked-locks=- no-thread=-- freed=fff
                 full-in-frame=- forked=- reset=-- had-later=-- first-use=- no-driver=no-driver no-device= old-device=x)
   string(REPLACE "=" " ODE_PARALLEL_SAP_TEST_MACHINE=" machine ${machine})
   list(APPEND machines "${machine}")
