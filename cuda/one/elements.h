@@ -1,5 +1,5 @@
-// What kernels do with one bound, one box or one pair. Compiled for the host too, where it is held
-// against the CPU's rules without a device (tests/gpu/elements_test).
+// What kernels do with one bound, one box or one pair. Compiled for the host too, for emulated
+// devices.
 #pragma once
 
 #include <math.h>

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cuda/check/scenes.h"
@@ -23,8 +24,9 @@ using sap_test::Random;
 
 namespace {
 
-// Scenes that change from frame to frame: another one, one in which some boxes have moved, or the
-// same boxes nearer to or further from each other, which changes the length of lists.
+// Scenes that change from frame to frame: another one, one in which some boxes have moved or most
+// are inverted, or the same boxes nearer to or further from each other, which changes the length of
+// lists.
 class ChangingScene {
  public:
   explicit ChangingScene(Random& random) : random_(random) { begin(); }
@@ -38,10 +40,11 @@ class ChangingScene {
   }
 
   void change() {
-    const std::size_t what = random_.below(4);
+    const std::size_t what = random_.below(5);
     if (what == 0) begin();
     if (what == 1) move();
     if (what == 2) stretch();
+    if (what == 3) invert();
   }
 
  private:
@@ -65,6 +68,11 @@ class ChangingScene {
     const float factor = factors[random_.below(6)];
     for (std::size_t i = 0; i < boxes_.size; ++i)
       shift(boxes_.boxes[i], [=](float centre) { return centre * factor; });
+  }
+  void invert() {
+    const std::size_t axis = random_.below(3);
+    for (std::size_t i = 0; i < boxes_.size; ++i)
+      if (random_.chance(0.95)) std::swap(boxes_.boxes[i].lower[axis], boxes_.boxes[i].upper[axis]);
   }
   template <class Place>
   static void shift(Box& box, Place place) {
