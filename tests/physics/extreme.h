@@ -42,8 +42,6 @@ using Extremes = std::vector<Extreme>;
 const Extremes& extremes();
 // Not among all: what these need to hold has a table of its own.
 Extremes machines();
-// 200 triangles of 2 m in the plane z = 0.
-void addSheet(Stage& stage);
 
 // What is measured of a scene while it runs. Lengths in units of the scene. "Late" is the last
 // fifth of the steps.

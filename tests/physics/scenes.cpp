@@ -218,20 +218,6 @@ Extremes allOf(std::initializer_list<void (*)()> themes) {
 
 }  // namespace
 
-void addSheet(Stage& stage) {
-  constexpr dTriIndex cells = 10, next = cells + 1;
-  std::vector<Vec> vertices;
-  std::vector<dTriIndex> triangles;
-  for (dTriIndex i = 0; i < next * next; ++i) {
-    vertices.push_back(
-        {20 * (double(i % next) / cells - 0.5), 20 * (double(i / next) / cells - 0.5)});
-    if (i % next == cells || i / next == cells) continue;
-    for (const dTriIndex corner : {0u, 1u, next, 1u, next + 1, next})
-      triangles.push_back(i + corner);
-  }
-  stage.mesh(vertices, triangles);
-}
-
 const Extremes& extremes() {
   static const Extremes found = allOf({loads, speeds, steps});
   return found;
