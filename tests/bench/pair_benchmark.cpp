@@ -65,33 +65,19 @@ struct Cell {
   double move_ms = not_known;
   std::string status{};  // empty: ok
 
+  std::string name() const {
+    return stage.scene.name + "/" + kind.name + "/" + std::to_string(threads);
+  }
+  double square() const { return std::pow(double(stage.n), 2); }
   PairSet expected() const {
     if (!stage.expected) return {};
     return kind.leaves_out_rest ? stage.expected->of_moved : stage.expected->all;
   }
 };
 
-// Foresees the time of one find from that at a smaller size.
-class Forecast {
- public:
-  void learn(const Cell& cell) {
-    if (cell.times.empty()) return;
-    const double ms = *std::min_element(cell.times.begin(), cell.times.end());
-    seconds_a_square_[key(cell)] = ms / 1000 / square(cell);
-  }
-  // If time grows with the square of the size at worst; 0 if nothing is known.
-  double seconds(const Cell& cell) const {
-    const auto known = seconds_a_square_.find(key(cell));
-    return known == seconds_a_square_.end() ? 0 : known->second * square(cell);
-  }
-
- private:
-  static std::string key(const Cell& cell) {
-    return cell.stage.scene.name + "/" + cell.kind.name + "/" + std::to_string(cell.threads);
-  }
-  static double square(const Cell& cell) { return std::pow(double(cell.stage.n), 2); }
-  std::map<std::string, double> seconds_a_square_;
-};
+// Seconds of one find over the square of the number of boxes, by Cell::name: time grows with that
+// at worst.
+using Forecast = std::map<std::string, double>;
 
 // A peer in action.
 class Turn {
@@ -118,7 +104,7 @@ class Turn {
     Timing timing = wishes_.timing;
     timing.seconds /= std::max(wishes_.batch, 1);
     timeFrames(cell_.times, 0, timing, [this] {
-      if (wishes_.batch > 0) return findBatch() - cell_.move_ms;
+      if (wishes_.batch > 0) return playBatch(true) - cell_.move_ms;
       const double milliseconds = findNext();
       cell_.accounts.push_back(peer_->account());
       return milliseconds;
@@ -141,11 +127,11 @@ class Turn {
   }
 
   // Milliseconds of a frame, moving included, as the mean of a batch.
-  double findBatch() {
+  double playBatch(bool finds) {
     const Stopwatch clock;
     for (int i = 0; i < wishes_.batch; ++i) {
-      moveToStored();
-      peer_->find(nullptr);
+      if (wishes_.moving > 0) peer_->move(frames_[next_frame_++ % frames_.size()]);
+      if (finds) peer_->find(nullptr);
     }
     return clock.milliseconds() / wishes_.batch;
   }
@@ -169,20 +155,10 @@ class Turn {
     }
   }
 
-  void moveToStored() {
-    if (wishes_.moving == 0) return;
-    peer_->move(frames_[next_frame_]);
-    next_frame_ = (next_frame_ + 1) % frames_.size();
-  }
-
   // The same calls while the user's objects are in no structure yet.
   void measureMoving() {
     std::vector<double> times;
-    for (int round = 0; round < 20; ++round) {
-      const Stopwatch clock;
-      for (int i = 0; i < wishes_.batch; ++i) moveToStored();
-      times.push_back(clock.milliseconds() / wishes_.batch);
-    }
+    for (int round = 0; round < 20; ++round) times.push_back(playBatch(false));
     cell_.move_ms = median(times);
   }
 
@@ -238,7 +214,8 @@ Row rowOf(const Cell& cell, const Wishes& wishes) {
 
 void takeTurn(Cell& cell, const Forecast& forecast, const Wishes& wishes) {
   if (!cell.status.empty()) return;
-  const double seconds = forecast.seconds(cell);
+  const auto known = forecast.find(cell.name());
+  const double seconds = known == forecast.end() ? 0 : known->second * cell.square();
   if (seconds > wishes.limit) {
     cell.status = "left out: might take " + std::to_string(std::lround(seconds)) + " s";
     return;
@@ -306,7 +283,9 @@ bool runScene(Stage stage, const std::vector<PeerKind>& peers, const Wishes& wis
     for (Cell& cell : cells) takeTurn(cell, forecast, wishes);
   bool right = true;
   for (const Cell& cell : cells) {
-    forecast.learn(cell);
+    if (!cell.times.empty())
+      forecast[cell.name()] =
+          *std::min_element(cell.times.begin(), cell.times.end()) / 1000 / cell.square();
     csv.write(rowOf(cell, wishes));
     if (cell.kind.name.rfind("parallel-sap", 0) == 0 && cell.status.rfind("wrong", 0) == 0)
       right = false;

@@ -3,7 +3,6 @@
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 
-#include "../peer.h"
 #include "float_boxes.h"
 
 namespace bench {
@@ -13,7 +12,7 @@ btVector3 vector(const float* at) {
   return {at[0], at[1], at[2]};
 }
 
-class BulletPeer : public Peer {
+class BulletPeer : public FloatPeer {
  public:
   ~BulletPeer() override {
     // A proxy takes a pass over all pairs to destroy; the pairs are worth nothing any more.
@@ -25,23 +24,19 @@ class BulletPeer : public Peer {
     }
   }
 
-  void create(const Boxes& boxes) override { boxes_.create(boxes); }
-
   void enter() override {
-    for (const FloatBox& box : boxes_.bounds())
+    for (const FloatBox& box : bounds_)
       proxies_.push_back(
           broad_phase_.createProxy(vector(box.low), vector(box.high), BOX_SHAPE_PROXYTYPE,
                                    reinterpret_cast<void*>(proxies_.size()), 1, 1, &dispatcher_));
   }
 
-  void move(const Boxes& boxes) override { boxes_.move(boxes); }
-
   // Told what its world would be told of: bodies that are awake.
   std::size_t find(const PairVisitor* visitor) override {
-    for (const std::size_t i : boxes_.moved())
-      broad_phase_.setAabb(proxies_[i], vector(boxes_.bounds()[i].low),
-                           vector(boxes_.bounds()[i].high), &dispatcher_);
-    boxes_.taken();
+    for (const std::size_t i : moved_)
+      broad_phase_.setAabb(proxies_[i], vector(bounds_[i].low), vector(bounds_[i].high),
+                           &dispatcher_);
+    moved_.clear();
     broad_phase_.calculateOverlappingPairs(&dispatcher_);
     btBroadphasePairArray& pairs =
         broad_phase_.getOverlappingPairCache()->getOverlappingPairArray();
@@ -56,7 +51,6 @@ class BulletPeer : public Peer {
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broad_phase_;
   std::vector<btBroadphaseProxy*> proxies_;
-  FloatBoxes boxes_;
 };
 
 const AddPeer added({"bullet-dbvt",

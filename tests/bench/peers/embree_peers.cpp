@@ -7,7 +7,6 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "../peer.h"
 #include "float_boxes.h"
 
 namespace bench {
@@ -42,7 +41,7 @@ void boundsOf(const RTCBoundsFunctionArguments* arguments) {
   }
 }
 
-class EmbreePeer : public Peer {
+class EmbreePeer : public FloatPeer {
  public:
   EmbreePeer(int threads, RTCBuildQuality quality)
       : quality_(quality), device_(rtcNewDevice(("threads=" + std::to_string(threads)).c_str())) {
@@ -54,23 +53,19 @@ class EmbreePeer : public Peer {
     rtcReleaseDevice(device_);
   }
 
-  void create(const Boxes& boxes) override { boxes_.create(boxes); }
-
   void enter() override {
     scene_ = rtcNewScene(device_);
     rtcSetSceneBuildQuality(scene_, quality_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
     geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryBuildQuality(geometry_, quality_);
-    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(boxes_.bounds().size()));
-    rtcSetGeometryUserData(geometry_, const_cast<FloatBox*>(boxes_.bounds().data()));
+    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(bounds_.size()));
+    rtcSetGeometryUserData(geometry_, const_cast<FloatBox*>(bounds_.data()));
     rtcSetGeometryBoundsFunction(geometry_, boundsOf, nullptr);
     rtcCommitGeometry(geometry_);
     rtcAttachGeometry(scene_, geometry_);
     rtcCommitScene(scene_);
   }
-
-  void move(const Boxes& boxes) override { boxes_.move(boxes); }
 
   std::size_t find(const PairVisitor* visitor) override {
     rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
@@ -90,7 +85,6 @@ class EmbreePeer : public Peer {
   const RTCDevice device_;
   RTCScene scene_ = nullptr;
   RTCGeometry geometry_ = nullptr;
-  FloatBoxes boxes_;
 };
 
 template <RTCBuildQuality quality>

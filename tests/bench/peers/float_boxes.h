@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "../centred_box.h"
+#include "../peer.h"
 
 namespace bench {
 
@@ -24,19 +24,18 @@ struct FloatBox {
   float low[3], high[3];
 };
 
-// The numbers of the boxes that have moved, for libraries that are told of these.
-class FloatBoxes {
+// A library that is handed finished bounds, and told which boxes have moved.
+class FloatPeer : public Peer {
  public:
   // Nothing has moved by this.
-  void create(const Boxes& boxes) {
-    shown_.clear();
+  void create(const Boxes& boxes) override {
     bounds_.reserve(boxes.size() + 1);  // PhysX loads four bytes past the last
     bounds_.resize(boxes.size());
     move(boxes);
     moved_.clear();
   }
 
-  void move(const Boxes& boxes) {
+  void move(const Boxes& boxes) override {
     moved_.clear();
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       if (!shown_.empty() && boxes[i] == shown_[i]) continue;
@@ -49,16 +48,13 @@ class FloatBoxes {
     shown_ = boxes;
   }
 
-  // To be called by each find: a second one without a move finds nothing moved.
-  void taken() { moved_.clear(); }
-
-  const std::vector<FloatBox>& bounds() const { return bounds_; }
-  const std::vector<std::uint32_t>& moved() const { return moved_; }  // ascending
+ protected:
+  std::vector<FloatBox> bounds_;
+  // Their numbers, ascending. Each find clears them: a second one without a move finds none.
+  std::vector<std::uint32_t> moved_;
 
  private:
   Boxes shown_;
-  std::vector<FloatBox> bounds_;
-  std::vector<std::uint32_t> moved_;
 };
 
 }  // namespace bench

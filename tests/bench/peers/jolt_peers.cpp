@@ -16,7 +16,6 @@
 #include <atomic>
 #include <mutex>
 
-#include "../peer.h"
 #include "float_boxes.h"
 
 namespace bench {
@@ -55,7 +54,7 @@ struct Layers {
   JPH::ObjectVsBroadPhaseLayerFilter objects;
 };
 
-class JoltPeer : public Peer {
+class JoltPeer : public FloatPeer {
  public:
   // `sleeps`: what has not moved sleeps, and pairs of sleepers are not found.
   JoltPeer(int threads, bool sleeps) : threads_(threads), sleeps_(sleeps) {}
@@ -65,7 +64,7 @@ class JoltPeer : public Peer {
   }
 
   void create(const Boxes& boxes) override {
-    boxes_.create(boxes);
+    FloatPeer::create(boxes);
     const JPH::uint count = static_cast<JPH::uint>(boxes.size());
     bodies_.Init(count, 0, layers_.broad);
     const JPH::Ref<JPH::Shape> shape = new JPH::SphereShape(1);
@@ -91,15 +90,15 @@ class JoltPeer : public Peer {
   }
 
   void move(const Boxes& boxes) override {
-    boxes_.move(boxes);
-    moved_.clear();
-    for (const auto i : boxes_.moved()) {
+    FloatPeer::move(boxes);
+    moved_ids_.clear();
+    for (const auto i : moved_) {
       setBounds(i, &bodies_.GetBody(ids_[i]));
-      moved_.push_back(ids_[i]);
+      moved_ids_.push_back(ids_[i]);
     }
     if (!sleeps_) return;
     bodies_.DeactivateBodies(ids_.data(), static_cast<int>(ids_.size()));
-    bodies_.ActivateBodies(moved_.data(), static_cast<int>(moved_.size()));
+    bodies_.ActivateBodies(moved_ids_.data(), static_cast<int>(moved_ids_.size()));
   }
 
   // The part of PhysicsSystem::Update that concerns the broad phase.
@@ -136,27 +135,27 @@ class JoltPeer : public Peer {
  private:
   // A body has the bounds of its shape; here it is handed finished ones, as every library is.
   void setBounds(std::size_t number, JPH::Body* body) {
-    const FloatBox& box = boxes_.bounds()[number];
+    const FloatBox& box = bounds_[number];
     const_cast<JPH::AABox&>(body->GetWorldSpaceBounds()) =
         JPH::AABox(JPH::Vec3(box.low[0], box.low[1], box.low[2]),
                    JPH::Vec3(box.high[0], box.high[1], box.high[2]));
   }
 
   void notify() {
-    const int count = static_cast<int>(moved_.size());
+    const int count = static_cast<int>(moved_ids_.size());
 #pragma omp parallel for schedule(dynamic) num_threads(threads_)
     for (int first = 0; first < count; first += batch)
-      tree_->NotifyBodiesAABBChanged(moved_.data() + first, std::min(batch, count - first), false);
-    moved_.clear();
+      tree_->NotifyBodiesAABBChanged(moved_ids_.data() + first, std::min(batch, count - first),
+                                     false);
+    moved_ids_.clear();
   }
 
   const int threads_;
   const bool sleeps_;
   Layers layers_;
-  FloatBoxes boxes_;
   JPH::BodyManager bodies_;
   std::unique_ptr<JPH::BroadPhaseQuadTree> tree_;
-  std::vector<JPH::BodyID> ids_, moved_;
+  std::vector<JPH::BodyID> ids_, moved_ids_;
 };
 
 PeerKind kind(const char* name, bool sleeps) {

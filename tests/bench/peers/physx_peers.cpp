@@ -5,7 +5,6 @@
 
 #include <stdexcept>
 
-#include "../peer.h"
 #include "extensions/PxDefaultAllocator.h"
 #include "extensions/PxDefaultCpuDispatcher.h"
 #include "float_boxes.h"
@@ -61,7 +60,7 @@ class LastTask : public PxLightCpuTask {
   PxSync done_;
 };
 
-class PhysXPeer : public Peer {
+class PhysXPeer : public FloatPeer {
  public:
   PhysXPeer(PxBroadPhaseType::Enum type, int threads) : type_(type), filter_(false, false) {
     if (threads == 1) return;
@@ -69,10 +68,8 @@ class PhysXPeer : public Peer {
     tasks_.reset(PxTaskManager::createTaskManager(errors(), dispatcher_.get()));
   }
 
-  void create(const Boxes& boxes) override { boxes_.create(boxes); }
-
   void enter() override {
-    const PxU32 count = static_cast<PxU32>(boxes_.bounds().size());
+    const PxU32 count = static_cast<PxU32>(bounds_.size());
     broad_phase_.reset(Bp::BroadPhase::create(type_, 256, 0, 0, 0, 0));
     for (PxU32 i = 0; i < count; ++i) {
       groups_.push_back(Bp::getFilterGroup_Dynamics(i, false));
@@ -82,12 +79,10 @@ class PhysXPeer : public Peer {
     update(all_, {});
   }
 
-  void move(const Boxes& boxes) override { boxes_.move(boxes); }
-
   std::size_t find(const PairVisitor* visitor) override {
     broad_phase_->freeBuffers();
-    update({}, boxes_.moved());
-    boxes_.taken();
+    update({}, moved_);
+    moved_.clear();
     if (visitor) known_.tellAll(*visitor);
     return known_.count();
   }
@@ -99,7 +94,7 @@ class PhysXPeer : public Peer {
     static_assert(sizeof(PxBounds3) == sizeof(FloatBox), "both are six floats");
     const Bp::BroadPhaseUpdateData data(created.data(), static_cast<PxU32>(created.size()),
                                         moved.data(), static_cast<PxU32>(moved.size()), nullptr, 0,
-                                        reinterpret_cast<const PxBounds3*>(boxes_.bounds().data()),
+                                        reinterpret_cast<const PxBounds3*>(bounds_.data()),
                                         groups_.data(), distances_.data(),
                                         static_cast<PxU32>(groups_.size()), filter_, true, true);
     broad_phase_->preBroadPhase(data);
@@ -127,7 +122,6 @@ class PhysXPeer : public Peer {
   LastTask last_;
   PxcScratchAllocator scratch_;
   Owned<Bp::BroadPhase> broad_phase_;
-  FloatBoxes boxes_;
   std::vector<Bp::FilterGroup::Enum> groups_;
   std::vector<float> distances_;
   Handles all_;
