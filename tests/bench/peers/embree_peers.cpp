@@ -12,25 +12,24 @@
 namespace bench {
 namespace {
 
-// rtcCollide calls these on several threads at once, each time with up to some dozen collisions. A
-// pair comes in one order or both; the other order and a box with itself are dropped.
-void countCollisions(void* pairs, RTCCollision* collisions, unsigned count) {
-  std::size_t found = 0;
-  for (unsigned i = 0; i < count; ++i) found += collisions[i].primID0 < collisions[i].primID1;
-  static_cast<std::atomic<std::size_t>*>(pairs)->fetch_add(found, std::memory_order_relaxed);
-}
-
-struct Teller {
-  std::mutex mutex;
+struct Found {
   const PairVisitor* visitor;
+  std::atomic<std::size_t> pairs{0};
+  std::mutex mutex{};
 };
 
-void tellCollisions(void* data, RTCCollision* collisions, unsigned count) {
-  Teller& teller = *static_cast<Teller*>(data);
-  const std::lock_guard<std::mutex> lock(teller.mutex);
+// rtcCollide calls this on several threads at once, each time with up to some dozen collisions. A
+// pair comes in one order or both; the other order and a box with itself are dropped.
+void addCollisions(void* data, RTCCollision* collisions, unsigned count) {
+  Found& found = *static_cast<Found*>(data);
+  std::size_t pairs = 0;
+  for (unsigned i = 0; i < count; ++i) pairs += collisions[i].primID0 < collisions[i].primID1;
+  found.pairs.fetch_add(pairs, std::memory_order_relaxed);
+  if (!found.visitor) return;
+  const std::lock_guard<std::mutex> lock(found.mutex);
   for (unsigned i = 0; i < count; ++i)
     if (collisions[i].primID0 < collisions[i].primID1)
-      (*teller.visitor)(collisions[i].primID0, collisions[i].primID1);
+      (*found.visitor)(collisions[i].primID0, collisions[i].primID1);
 }
 
 void boundsOf(const RTCBoundsFunctionArguments* arguments) {
@@ -71,13 +70,9 @@ class EmbreePeer : public FloatPeer {
     rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(geometry_);
     rtcCommitScene(scene_);
-    std::atomic<std::size_t> pairs{0};
-    Teller teller{{}, visitor};
-    if (visitor)
-      rtcCollide(scene_, scene_, tellCollisions, &teller);
-    else
-      rtcCollide(scene_, scene_, countCollisions, &pairs);
-    return pairs;
+    Found found{visitor};
+    rtcCollide(scene_, scene_, addCollisions, &found);
+    return found.pairs;
   }
 
  private:
