@@ -95,7 +95,7 @@ def build(directory):
     return libraries
 
 
-def cells(quick):
+def cells():
     """What is timed: a program and its arguments. pair-benchmark checks its pairs first, so a variant that finds others is
     not timed."""
     many = "dense-cube heap clusters far-clusters two-decades-of-size six-decades-of-size giant-among-dust bars-among-cubes " \
@@ -103,23 +103,23 @@ def cells(quick):
     few, small = "dense-cube heap straight-line", (2, 4, 8, 16, 32, 64, 96, 120)
     found = []
 
-    def of(scenes, sizes, quick_sizes, peers="", program="pair", **more):
+    def of(scenes, sizes, peers="", program="pair", **more):
         found.extend((program, dict({"scenes": scene} if scene else {}, sizes=n, peers=OURS + peer, **more))
-                     for scene in scenes.split() or [""] for n in (quick_sizes if quick else sizes) for peer in peers.split(" "))
+                     for scene in scenes.split() or [""] for n in sizes for peer in peers.split(" "))
 
-    of(many, (300, 3000, 30000), (1000,))
-    of("dense-cube", (10000, 200000), (2000,))
+    of(many, (300, 3000, 30000))
+    of("dense-cube", (10000, 200000))
     for moving in (1, 0):
-        of(few, small, small, moving=moving, batch=64)
-    of(few, (300, 30000), (300,), moving=0)
+        of(few, small, moving=moving, batch=64)
+    of(few, (300, 30000), moving=0)
     for moving in (0.01, 0):
-        of("dense-cube", (20000,), (2000,), ":notified-begun-ended", moving=moving)  # a program that wants events
-    of("shaking", (1000, 30000), (2000,), ":tolerance-0.2 :tolerance-0.002")
-    of("shaking", (1000, 30000), (2000,), " :notified :skip-asleep :notified-skip-asleep :skip-static", moving=0.01)
-    of("shaking", (1000, 30000), (2000,), " :notified", moving=0)
-    of("shaking some-shaking", (1000, 30000), (2000,))
-    of("", (3000, 30000), (500,), program="warehouse")  # rays and probes, one by one and all at once
-    of("", (3000, 30000), (500,), ":batches", program="warehouse")
+        of("dense-cube", (20000,), ":notified-begun-ended", moving=moving)  # a program that wants events
+    of("shaking", (1000, 30000), ":tolerance-0.2 :tolerance-0.002")
+    of("shaking", (1000, 30000), " :notified :skip-asleep :notified-skip-asleep :skip-static", moving=0.01)
+    of("shaking", (1000, 30000), " :notified", moving=0)
+    of("shaking some-shaking", (1000, 30000))
+    of("", (3000, 30000), program="warehouse")  # rays and probes, one by one and all at once
+    of("", (3000, 30000), ":batches", program="warehouse")
     return found
 
 
@@ -147,7 +147,7 @@ def time_of(options, library, cell, **environment):
 
 def measure(options):
     """In each round each cell is run with every library in turn; the file is written after each round."""
-    wanted = cells(options.quick)
+    wanted = cells()
     with tempfile.TemporaryDirectory() as directory:
         libraries = build(pathlib.Path(directory))
         counts, least = {}, {}
@@ -194,7 +194,6 @@ def main():
     measuring.add_argument("programs", help="where the benchmarks are")
     measuring.add_argument("csv")
     measuring.add_argument("--rounds", type=int, default=3)
-    measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
     commands.add_parser("check").set_defaults(run=check)
     options = parser.parse_args()
     options.run(options)

@@ -16,9 +16,9 @@ using namespace ode_parallel_sap;
 namespace {
 
 struct Counted {
-  static std::size_t held, most_held, allocations;
-  static bool fails;
-  static std::map<void*, std::size_t> blocks;  // with their bytes
+  static inline std::size_t held = 0, most_held = 0, allocations = 0;
+  static inline bool fails = false;
+  static inline std::map<void*, std::size_t> blocks;  // with their bytes
 
   static void* allocate(std::size_t bytes) {
     ++allocations;
@@ -30,16 +30,11 @@ struct Counted {
     return memory;
   }
   static void release(void* memory) {
-    const auto block = blocks.find(memory);
-    REQUIRE(block != blocks.end());
-    held -= block->second;
-    blocks.erase(block);
+    held -= blocks.at(memory);
+    blocks.erase(memory);
     std::free(memory);
   }
 };
-std::size_t Counted::held = 0, Counted::most_held = 0, Counted::allocations = 0;
-bool Counted::fails = false;
-std::map<void*, std::size_t> Counted::blocks;
 
 using Block = MemoryBlock<std::uint64_t, Counted>;
 

@@ -68,9 +68,6 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, dou
 
 // Whether two runs are the same, bit for bit, as far as they went.
 bool same(const Result& a, const Result& b);
-// Whether the outcome is what the scene owes.
-bool isWhatItOwes(const std::string& outcome);
-
 // One start may be luck. In how many of so many starts the scene does what it owes.
 constexpr int kStarts = 10;
 int startsHeld(const Extreme& extreme, const Setting& setting);

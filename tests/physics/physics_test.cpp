@@ -11,16 +11,6 @@
 using namespace sap_test;
 using namespace sap_test::physics;
 
-namespace {
-
-std::string outcomeOf(const std::string& name, const Setting& setting = {}) {
-  for (const Extreme& extreme : extremes())
-    if (extreme.name == name) return play(extreme, Pairing::ours, setting).outcome;
-  return "";
-}
-
-}  // namespace
-
 TEST_CASE("At every physical extreme our pairs lead to the same bits as dSimpleSpace's") {
   CHECK(extremes().size() >= 25);
   for (const Extreme& extreme : extremes()) {
@@ -33,17 +23,6 @@ TEST_CASE("At every physical extreme our pairs lead to the same bits as dSimpleS
                        << ours.steps);
     CHECK(same(ours, simple));
   }
-}
-
-TEST_CASE("Outcomes are told apart by what is measured") {
-  // In both precisions.
-  CHECK(outcomeOf("a box on one as large, 1:10^6 of its mass") == "collapses");
-  CHECK(!isWhatItOwes(outcomeOf("a stack of 5, steps of 0.1 s")));
-  CHECK(outcomeOf("a stack of 5, steps of 0.001 s") == "stands");
-  Setting fine;
-  fine.divide = 100;
-  CHECK(outcomeOf("boxes of 0.2 m at a plate of 0.1 m, 100 m/s") == "tunnels");
-  CHECK(outcomeOf("boxes of 0.2 m at a plate of 0.1 m, 100 m/s", fine) == "stops");
 }
 
 TEST_CASE("A box sleeps on a floor unless that is an enabled kinematic body, and this is said") {

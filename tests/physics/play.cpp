@@ -103,18 +103,13 @@ bool same(const Result& a, const Result& b) {
   return a.outcome == b.outcome && a.steps == b.steps && a.digest == b.digest;
 }
 
-bool isWhatItOwes(const std::string& outcome) {
-  for (const char* good : {"stands", "stops", "holds"})
-    if (outcome == good) return true;
-  return false;
-}
-
 int startsHeld(const Extreme& extreme, const Setting& setting) {
   int held = 0;
   for (unsigned start = 0; start < kStarts; ++start) {
     Setting other = setting;
     other.start = start;
-    held += isWhatItOwes(play(extreme, Pairing::ours, other).outcome);
+    const std::string outcome = play(extreme, Pairing::ours, other).outcome;
+    held += outcome == "stands" || outcome == "stops" || outcome == "holds";
   }
   return held;
 }
