@@ -119,15 +119,15 @@ replace() {
 # that the library does not intercept.
 silent() {
   local notified
-  export ODE_PARALLEL_SAP_SKIP_ASLEEP=$1 ODE_PARALLEL_SAP_SKIP_STATIC=$1
-  "${@:2}" silent >"$folder/stock"
+  export ODE_PARALLEL_SAP_SKIP_ASLEEP=$1 ODE_PARALLEL_SAP_SKIP_STATIC=$1 ODE_PARALLEL_SAP_REPLACE=simple,hash ODE_PARALLEL_SAP_FIRST=stock
+  "${@:2}" changes >"$folder/stock"
   [ "$(cut -d: -f3 "$folder/stock" | sort -u | wc -l)" -gt 5 ] || fail "the pairs are always the same"
   for notified in 0 1 check; do
-    ODE_PARALLEL_SAP_NOTIFIED=$notified run 0 "${@:2}" silent
+    ODE_PARALLEL_SAP_NOTIFIED=$notified run 0 "${@:2}" changes
     mv "$folder/printed" "$folder/$notified"
     [ ! -s "$folder/said" ] || fail "that was said with $notified"
   done
-  run 0 "${@:2}" silent
+  run 0 "${@:2}" changes
   for notified in 1 check printed; do cmp "$folder/0" "$folder/$notified"; done
   [ "$1" = 1 ] || cmp "$folder/stock" "$folder/0"
 }
