@@ -97,10 +97,12 @@ class Scene : private Space, public World {
     for (std::size_t i = 0; i < extreme_.size; ++i) {
       if (frame == 0) take(extreme_.user_boxes ? createUserBox(space(), Bounds()) : create(i));
       if (frame > 0 && !extreme_.rescales && !random_.chance(extreme_.moving)) continue;
-      if (extreme_.user_boxes)
+      if (extreme_.user_boxes) {
         setUserBounds(geoms()[i], bounds(i));
-      else
-        dGeomSetPosition(geoms()[i], place(i), place(i), place(i));
+      } else {
+        const dReal at[] = {place(i), place(i), place(i)};
+        dGeomSetPosition(geoms()[i], at[0], at[1], at[2]);
+      }
     }
   }
 
