@@ -18,7 +18,6 @@
 #include "cuda/device/fault_injection.h"
 #include "cuda/finder/cuda_sweep.h"
 #include "cuda/finder/device_pool.h"
-#include "support/case.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/ode_errors.h"
@@ -543,24 +542,5 @@ TEST_CASE("Of the threads that serve one device or several two and more have wor
   for (const auto& [region, times] : sap_test::timesShared()) {
     INFO(region);
     CHECK(sap_test::isOfDevice(region) == (devices_of.count(region) == 1));
-  }
-}
-
-TEST_CASE("A device that is had once boxes are read finds pairs, too", "[.][had-later]") {
-  emulation::settings().kernels_run = true;
-  const sap_test::Boxes scene = sap_test::denseCube(2000, 5);
-  for (const bool while_reading : {false, true}) {
-    int had = 1;
-    CudaSweep sweep([&](std::size_t i) { return static_cast<int>(i) < had ? int(i) : -1; });
-    sweep.useDevices(2);
-    const Case wanted = makeCase(scene, false, false);
-    PairList pairs;
-    check(found(sweep, wanted.boxes, 1, pairs), wanted);
-    CHECK(sweep.devicesUsed() == 1);
-    sweep.read(wanted.boxes, 0, 1000);
-    had = 2;
-    if (while_reading) sweep.read(wanted.boxes, 1000, 2000);
-    check(found(sweep, wanted.boxes, 1, pairs), wanted);
-    CHECK(sweep.devicesUsed() == 2);
   }
 }

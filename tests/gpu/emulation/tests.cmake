@@ -35,7 +35,7 @@ enable_warnings(emulation-tests)
 set(machines)
 foreach(machine full-free=f- auto-full-free=f- free-full-free=-f- full-full=ff auto-full=f free-free=-- free-free-free=---
                 free-other-free=-o- no-links=-- locks-of-two=-- read-ahead=-- locks=- kernels-on-host=- forked-locks=- no-thread=-- freed=fff
-                full-in-frame=- forked=- reset=-- had-later=-- first-use=- no-driver=no-driver no-device= old-device=x)
+                full-in-frame=- forked=- reset=-- first-use=- no-driver=no-driver no-device= old-device=x)
   string(REPLACE "=" " ODE_PARALLEL_SAP_TEST_MACHINE=" machine ${machine})
   list(APPEND machines "${machine}")
 endforeach()
