@@ -1,26 +1,18 @@
 // Who has the images of ODE when: spaces, threads, processes, and what they do to geoms meanwhile.
-#include <ode_parallel_sap/parallel_sap_space.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "space/contacts/collider_threads.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/image_scene.h"
-#include "support/knobs.h"
-#include "support/random.h"
 #include "support/ray_oracle.h"
 #include "support/sanitizers.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 using ode_parallel_sap::ThreadColliders;
@@ -94,7 +86,7 @@ TEST_CASE("Meshes are collided by several threads, a space each, as by one after
           dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
           for (int frame = 0; frame < kFrames && own.wrong.empty(); ++frame)
             own.wrong = difference(parallelContacts(own.space, 8), own.expected) +
-                        wrongRays(own.space, own.rays, 0, own.owed);
+                        difference(answersOf(own.space, own.rays, 0), own.owed);
         });
     // Children use a space of their own, and must not wait for a thread that they do not have.
     pid_t child = 0;

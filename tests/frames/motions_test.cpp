@@ -1,35 +1,22 @@
 // What a space keeps from frame to frame must not show, and is kept where it pays. Random calls
 // (fuzz) hold the pairs of all kinds of frames against the rules.
-#include <ode_parallel_sap/parallel_sap_space.h>
+#include <set>
+
+#include "support/contact_scene.h"
+#include "support/rules_oracle.h"
+#include "support/tests.h"
+#include "support/user_box.h"
+#include "support/variable.h"
 
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <set>
-
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/contact_scene.h"
-#include "support/knobs.h"
-#include "support/oracle.h"
-#include "support/random.h"
-#include "support/recorder.h"
-#include "support/rules_oracle.h"
-#include "support/scenes.h"
-#include "support/user_box.h"
-#include "support/variable.h"
 
 using namespace sap_test;
 
 namespace {
 
 constexpr double kSlow = 0.001;  // of a width in a frame: little for the thin bars, too
-
-const Configuration on_cpu = {dParallelSAPBackendCPU, dParallelSAPMethodAuto, "auto"};
 
 }  // namespace
 
@@ -59,8 +46,7 @@ TEST_CASE("Whatever a frame keeps, statistics count the geoms that moved and the
             if (dGeomGetClass(geom) == dPlaneClass) {
               dGeomPlaneSetParams(geom, 0, 0, 1, real(random.between(1, 3)));
             } else {
-              const dReal* const at = dGeomGetPosition(geom);
-              dGeomSetPosition(geom, at[0], at[1], at[2] + real(frame % 8 == 3 ? 0.001 : 0.3));
+              moveBy(geom, 0, 0, frame % 8 == 3 ? 0.001 : 0.3);
             }
             moved.insert(geom);
           }
@@ -173,8 +159,7 @@ TEST_CASE("Nor does one below the steps of denormals", "[motions]") {
 
 TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {
   const Space space(on_cpu);
-  World world(space);
-  world.addBoxes(denseCube(1500, 122));
+  World world(space, denseCube(1500, 122));
   const auto frames = [&](int count, double distance) {
     std::size_t kept = 0;
     for (int frame = 0; frame < count; ++frame) {
@@ -214,17 +199,15 @@ TEST_CASE(
                                {0.15, 5, 0, 0, 0, 0},
                                {0.004, 0, 0, 6, 55, 90}}) {
     const Space space(on_cpu);
-    World world(space);
-    world.addBoxes(denseCube(1500, 124));
+    World world(space, denseCube(1500, 124));
     int kept = 0;
     for (int frame = 0; frame < 100; ++frame) {
       const bool jumps = motion.still_frames && frame % motion.still_frames == 0;
       for (const dGeomID geom : world.geoms()) {
         const bool odd = number(geom) % 2 == 1;
-        const dReal* const at = dGeomGetPosition(geom);
         const double apart = jumps ? 0.3 : motion.apart;
-        dGeomSetPosition(geom, at[0] + real((frame % 2 == odd ? motion.swing : -motion.swing)),
-                         at[1] + real(motion.together + (odd ? apart : -apart)), at[2]);
+        moveBy(geom, frame % 2 == odd ? motion.swing : -motion.swing,
+               motion.together + (odd ? apart : -apart), 0);
       }
       const Pairs pairs = collide(space);
       if (frame % 25 == 24) CHECK(pairs == expectedPairs(world.geoms()));
@@ -251,10 +234,7 @@ TEST_CASE("Swings beyond a tolerance let no near pair through", "[motions]") {
                      real(1.1 * (i / 10 % 10)), real(1.1 * (i / 100)));
   dParallelSAPSpaceSetTolerance(space, real(0.4));
   for (int frame = 0; frame < 30; ++frame) {
-    for (const dGeomID geom : world.geoms()) {
-      const dReal* const at = dGeomGetPosition(geom);
-      dGeomSetPosition(geom, at[0] + real(frame % 2 ? 0.1 : -0.1), at[1], at[2]);
-    }
+    for (const dGeomID geom : world.geoms()) moveBy(geom, frame % 2 ? 0.1 : -0.1, 0, 0);
     INFO("frame " << frame);
     CHECK(collide(space).empty() == (frame > 0));
   }
@@ -334,8 +314,7 @@ TEST_CASE("Auto and Sweep have the same extra pairs when a tolerance comes and g
 
 TEST_CASE("A frame that a user's class ends leaves nothing to the next one", "[motions]") {
   const Space space(on_cpu);
-  World world(space);
-  world.addBoxes(denseCube(1500, 74));
+  World world(space, denseCube(1500, 74));
   const dGeomID user = world.take(createUserBox(space, {0, 1, 0, 1, 0, 1}));
   (void)collide(space);
   dGeomDisable(world.geoms()[3]);

@@ -1,6 +1,5 @@
 #include "driver.h"
 
-#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>

@@ -2,9 +2,10 @@
 // collide with the oracle.
 #pragma once
 
-#include <ode/ode.h>
-
+#include <algorithm>
+#include <cmath>
 #include <deque>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,7 +14,9 @@
 #include "../support/contact_scene.h"
 #include "../support/events_oracle.h"
 #include "../support/floating_point.h"
-#include "../support/recorder.h"
+#include "../support/oracle.h"
+#include "../support/overlap_oracle.h"
+#include "../support/rules_oracle.h"
 #include "../support/user_box.h"
 #include "decisions.h"
 

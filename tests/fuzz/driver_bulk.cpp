@@ -1,7 +1,4 @@
 // Pairs in bulk.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -23,16 +20,14 @@ struct Blocks {
   bool wrong = false;
   const std::thread::id caller = std::this_thread::get_id();
 
-  static void take(void* data, const dParallelSAPPair* pairs, std::size_t count,
-                   std::size_t first) {
-    Blocks& self = *static_cast<Blocks*>(data);
-    const std::lock_guard<std::mutex> guard(self.lock);
-    const bool in_turn = first == self.pairs && std::this_thread::get_id() == self.caller;
-    self.wrong = self.wrong || count == 0 || self.at.count(first) ||
-                 !(self.concurrent || in_turn) || FloatingPointMode::current() != self.mode;
-    self.pairs += count;
-    for (std::size_t i = 0; i < count; ++i) record(&self.at[first], pairs[i].o1, pairs[i].o2);
-    if (self.at.size() == self.throws_at) throw Stop();
+  void operator()(const dParallelSAPPair* block, std::size_t count, std::size_t first) {
+    const std::lock_guard<std::mutex> guard(lock);
+    const bool in_turn = first == pairs && std::this_thread::get_id() == caller;
+    wrong = wrong || count == 0 || at.count(first) || !(concurrent || in_turn) ||
+            FloatingPointMode::current() != mode;
+    pairs += count;
+    for (std::size_t i = 0; i < count; ++i) record(&at[first], block[i].o1, block[i].o2);
+    if (at.size() == throws_at) throw Stop();
   }
   // All but the last have one size, in each frame the same.
   Pairs joined() const {
@@ -69,7 +64,7 @@ void Driver::collideBlocks() {
   try {
     const FloatingPointMode scoped(mode());
     blocks.mode = FloatingPointMode::current();
-    dParallelSAPSpaceCollidePairs(id, &blocks, flags, Blocks::take);
+    dParallelSAPSpaceCollidePairs(id, &blocks, flags, invoke<Blocks>);
   } catch (const Stop&) {
     finished = false;
   }

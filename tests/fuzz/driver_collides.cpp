@@ -1,8 +1,4 @@
 // Collides of all kinds, each compared with the oracle.
-#include <algorithm>
-
-#include "../support/oracle.h"
-#include "../support/rules_oracle.h"
 #include "driver.h"
 
 namespace sap_test {
@@ -48,10 +44,9 @@ std::vector<dGeomID> Driver::membersOf(int space) const {
 // ODE's own spaces have NaN and empty sub-spaces among their pairs.
 Pairs Driver::soundOf(const Pairs& pairs) const {
   Pairs sound;
-  for (const Pair& pair : pairs) {
-    if (takesPart(objects_[pair.first].geom) && takesPart(objects_[pair.second].geom))
+  for (const Pair& pair : pairs)
+    if (mayProbe(objects_[pair.first].geom) && mayProbe(objects_[pair.second].geom))
       sound.push_back(pair);
-  }
   return sound;
 }
 
@@ -213,18 +208,8 @@ void Driver::compareTwo(int first, int second, const Pairs& got) {
   if (Rules::of(spaceOf(asked)).cull_planes)
     expected = withoutCulled(expected, got, [&](std::size_t i) { return objects_[i].geom; });
   ++collides_;
-  std::string problem;
-  if (ordered) {
-    problem = difference(got, expected);
-  } else {
-    Pairs sound;
-    for (const Pair& pair : got) {
-      if (mayProbe(objects_[pair.first].geom) && mayProbe(objects_[pair.second].geom)) {
-        sound.push_back(pair);
-      }
-    }
-    problem = difference(sorted(sound), sorted(expected));
-  }
+  const std::string problem =
+      ordered ? difference(got, expected) : difference(sorted(soundOf(got)), sorted(expected));
   if (problem.empty()) return;
   fail("dSpaceCollide2 (" + std::to_string(first) + ", " + std::to_string(second) +
        "): " + problem);

@@ -1,16 +1,9 @@
 // Calls whose callbacks edit the world, call again, throw and leave by longjmp, checked against one
 // rule: what has left since a call began is in none of its further reports, and what came takes
 // part in calls that begin later.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
 #include <array>
 #include <csetjmp>
 
-#include "../support/oracle.h"
-#include "../support/overlap_oracle.h"
-#include "../support/ray_oracle.h"
-#include "../support/rules_oracle.h"
 #include "driver.h"
 
 namespace sap_test {

@@ -1,8 +1,4 @@
 // What the driver does to the world between collides.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <limits>
-
 #include "driver.h"
 
 namespace sap_test {

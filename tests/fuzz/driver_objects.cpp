@@ -1,10 +1,5 @@
 // The driver's geoms, spaces and bodies: how they come, go and change places.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
-#include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <thread>
 
 #include "../support/mesh.h"
@@ -22,9 +17,7 @@ int vetoes(dGeomID self, dGeomID other, dReal[6]) {
 
 // The same tetrahedron, here and out of the crowd.
 const Mesh& trianglesAt(std::size_t place) {
-  static const std::vector<dTriIndex> faces = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
-  static const Mesh &here = *new Mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, faces),
-                    &above = *new Mesh({0, 0, 20, 1, 0, 20, 0, 1, 20, 0, 0, 21}, faces);
+  static const Mesh &here = *new Mesh(tetrahedron()), &above = *new Mesh(tetrahedron(0, 20));
   return place ? above : here;
 }
 

@@ -1,16 +1,8 @@
 // Rays and probes in batches, held against loops over dCollide.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
 #include <atomic>
-#include <limits>
 #include <new>
-#include <string>
 #include <type_traits>
 
-#include "../support/bounds.h"
-#include "../support/overlap_oracle.h"
-#include "../support/ray_oracle.h"
 #include "driver.h"
 
 namespace sap_test {

@@ -5,12 +5,10 @@
 //
 // A world lives for some two hundred edits; its seed is printed when it shows something wrong, and
 // `long-run 1 seed` plays that world again.
-#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <string>
 
 #include "driver.h"
 

@@ -1,17 +1,9 @@
 // Time and memory follow geoms and pairs at any scale of coordinates, not only the pairs
 // themselves.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
 #include <cstddef>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/knobs.h"
-#include "support/oracle.h"
-#include "support/random.h"
-#include "support/recorder.h"
 #include "support/rules_oracle.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 #include "support/user_box.h"
 
 using namespace sap_test;
@@ -19,7 +11,6 @@ using namespace sap_test;
 namespace {
 
 constexpr bool kIsDouble = sizeof(dReal) == sizeof(double);
-const Configuration on_cpu = {dParallelSAPBackendCPU, dParallelSAPMethodAuto, "auto"};
 
 // The pairs, and hardly more that only the exact test left out.
 Pairs collideWithoutCandidates(const Space& space, const World& world) {
@@ -69,12 +60,9 @@ TEST_CASE("Boxes far away do not make candidates of each other", "[scale]") {
     for (const std::size_t every : {1, 2, 20}) {  // how many are far away
       INFO(configuration.name << ", every " << every);
       const Space space(configuration);
-      World world(space);
-      world.addBoxes(denseCube(6000, seed));
-      for (std::size_t i = 0; kIsDouble && i < world.geoms().size(); i += every) {
-        const dReal* const at = dGeomGetPosition(world.geoms()[i]);
-        dGeomSetPosition(world.geoms()[i], at[0] + real(1e9), at[1], at[2] + real(1e9));
-      }
+      World world(space, denseCube(6000, seed));
+      for (std::size_t i = 0; kIsDouble && i < world.geoms().size(); i += every)
+        moveBy(world.geoms()[i], 1e9, 0, 1e9);
       collideWithoutCandidates(space, world);
     }
 }
@@ -103,8 +91,7 @@ TEST_CASE("Small boxes far away that gather from one frame to the next are no ca
 TEST_CASE("Geoms that have fallen out of the scene one by one do not slow the others down",
           "[scale]") {
   const Space space(on_cpu);
-  World world(space);
-  world.addBoxes(denseCube(3000, 80));
+  World world(space, denseCube(3000, 80));
   for (std::size_t i = 0; i < 200; ++i)
     dGeomSetPosition(world.geoms()[i * 15], 1, 2, -1e9 - dReal(1e6) * dReal(i));
   CHECK(framesWithKeptCandidates(world) > 10);
@@ -114,8 +101,7 @@ TEST_CASE("Geoms that come and go in each frame do not slow the others down", "[
   // A sample of a sixteenth, and one of no more than are sampled.
   for (const std::size_t boxes : {800, 3000}) {
     const Space space(on_cpu);
-    World world(space);
-    world.addBoxes(denseCube(2 * boxes, 83));
+    World world(space, denseCube(2 * boxes, 83));
     std::vector<dGeomID> outside;
     while (outside.size() < boxes) {
       outside.push_back(world.geoms().back());
@@ -142,8 +128,7 @@ TEST_CASE("Geoms that come and go in each frame do not slow the others down", "[
 TEST_CASE("A tolerance that floats cannot tell at one geom's place has no effect until it is back",
           "[scale]") {
   const Space space(on_cpu);
-  World world(space);
-  world.addBoxes(denseCube(3000, 82));
+  World world(space, denseCube(3000, 82));
   dParallelSAPSpaceSetTolerance(space, dReal(0.1));
   const auto extraPairs = [&](std::uint64_t seed) {
     world.jitter(0.001, seed);

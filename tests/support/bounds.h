@@ -9,7 +9,8 @@ namespace sap_test {
 
 using Bounds = std::array<dReal, 6>;  // min x, max x, min y, max y, min z, max z
 
-inline dReal real(double value) {
+template <class Number>
+constexpr dReal real(Number value) {
   return static_cast<dReal>(value);
 }
 

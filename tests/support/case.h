@@ -1,8 +1,12 @@
 // Boxes as plain arrays with the pairs they owe, for the tests of the parts that find them.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
+#include "catch.hpp"
+#include "knobs.h"
+#include "random.h"
 #include "scenes.h"
 #include "space/base/pair_list.h"
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "bounds.h"
+
 namespace sap_test {
 
 struct Configuration {
@@ -14,6 +16,7 @@ struct Configuration {
   int method;   // dParallelSAPMethod...
   std::string name;
 };
+inline const Configuration on_cpu = {dParallelSAPBackendCPU, dParallelSAPMethodAuto, "auto"};
 
 // Each pair of a back end and a method to which the library answers 1: "cpu, sweep" and so on, and
 // "auto" for neither set. What it answers 0 to is named once on stderr. A new back end or method

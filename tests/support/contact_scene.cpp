@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 #include "bounds.h"
+#include "mesh.h"
 #include "random.h"
 #include "scenes.h"
 
@@ -112,41 +114,26 @@ auto buildFaceAngles(Data data, std::nullptr_t none)
 }
 [[maybe_unused]] void buildFaceAngles(...) {}
 
-struct TorusMesh {
-  static constexpr int kAround = 12, kAcross = 8;
-  float vertices[kAround * kAcross][3];
-  dTriIndex triangles[kAround * kAcross * 2][3];
-  dTriMeshDataID data;
-
-  TorusMesh() {
-    for (int i = 0; i < kAround; ++i)
-      for (int j = 0; j < kAcross; ++j) {
-        const double u = kTurn * i / kAround, v = kTurn * j / kAcross;
-        float* const vertex = vertices[i * kAcross + j];
-        vertex[0] = static_cast<float>((0.45 + 0.2 * std::cos(v)) * std::cos(u));
-        vertex[1] = static_cast<float>((0.45 + 0.2 * std::cos(v)) * std::sin(u));
-        vertex[2] = static_cast<float>(0.2 * std::sin(v));
-        const auto at = [](int around, int across) {
-          return static_cast<dTriIndex>(around % kAround * kAcross + across % kAcross);
-        };
-        dTriIndex(*const quad)[3] = &triangles[2 * (i * kAcross + j)];
-        const dTriIndex first[3] = {at(i, j), at(i + 1, j), at(i + 1, j + 1)};
-        const dTriIndex second[3] = {at(i, j), at(i + 1, j + 1), at(i, j + 1)};
-        std::copy(first, first + 3, quad[0]);
-        std::copy(second, second + 3, quad[1]);
-      }
-    data = dGeomTriMeshDataCreate();
-    dGeomTriMeshDataBuildSingle(data, vertices, sizeof vertices[0], kAround * kAcross, triangles,
-                                3 * kAround * kAcross * 2, sizeof triangles[0]);
-    buildFaceAngles(data, nullptr);
-  }
-};
-
-TorusMesh* torus_mesh = nullptr;
+Mesh* torus = nullptr;
 
 dGeomID createTorus() {
-  if (!torus_mesh) torus_mesh = new TorusMesh;
-  return dCreateTriMesh(nullptr, torus_mesh->data, nullptr, nullptr, nullptr);
+  constexpr int around = 12, across = 8;
+  std::vector<float> vertices;
+  std::vector<dTriIndex> triangles;
+  for (int i = 0; i < around && !torus; ++i)
+    for (int j = 0; j < across; ++j) {
+      const double u = kTurn * i / around, v = kTurn * j / across,
+                   radius = 0.45 + 0.2 * std::cos(v);
+      for (const double x : {radius * std::cos(u), radius * std::sin(u), 0.2 * std::sin(v)})
+        vertices.push_back(static_cast<float>(x));
+      for (const auto& [du, dv] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}})
+        triangles.push_back(static_cast<dTriIndex>((i + du) % around * across + (j + dv) % across));
+    }
+  if (!torus) {
+    torus = new Mesh(vertices, triangles);
+    buildFaceAngles(torus->data(), nullptr);
+  }
+  return torus->create(nullptr);
 }
 
 constexpr int kSamples = 9;
@@ -200,20 +187,20 @@ dGeomID (*const kKinds[])(Heights& heights) = {
     [](Heights&) { return createShape("convex"); },
     [](Heights&) { return createTorus(); },
     [](Heights&) {
-      const dGeomID torus = createTorus();
-      dGeomTriMeshSetCallback(torus, watchTriangle);
-      return torus;
+      const dGeomID geom = createTorus();
+      dGeomTriMeshSetCallback(geom, watchTriangle);
+      return geom;
     },
     [](Heights&) {
-      const dGeomID torus = createTorus();
-      dGeomTriMeshSetTriMergeCallback(torus, mergeTriangles);
-      return torus;
+      const dGeomID geom = createTorus();
+      dGeomTriMeshSetTriMergeCallback(geom, mergeTriangles);
+      return geom;
     },
     [](Heights&) {
-      const dGeomID torus = createTorus();
+      const dGeomID geom = createTorus();
       for (const int other : {dSphereClass, dBoxClass, dCapsuleClass})
-        dGeomTriMeshEnableTC(torus, other, 1);
-      return torus;
+        dGeomTriMeshEnableTC(geom, other, 1);
+      return geom;
     },
     [](Heights&) { return dCreateRay(nullptr, 2); },
     [](Heights&) { return createShape("geom transform"); },
@@ -296,14 +283,10 @@ ContactScene::~ContactScene() {
 }
 
 dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed) {
-  return add(kind, side, seed, space_);
-}
-
-dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed, dSpaceID space) {
   Random random(seed);
   const dGeomID geom = kKinds[static_cast<int>(kind)](heights_);
   geoms_.push_back(geom);
-  dSpaceAdd(space, geom);
+  dSpaceAdd(space_, geom);
   if (kind == Kind::Plane || kind == Kind::FixedHeightfield) return geom;
   placed_.push_back(geom);
   if (dGeomGetClass(geom) != dHeightfieldClass && kind != Kind::Ray) {
@@ -328,10 +311,9 @@ void ContactScene::fill(const std::vector<Kind>& kinds, std::size_t n, std::uint
 void ContactScene::move(std::uint64_t seed) {
   Random random(seed);
   for (const dGeomID geom : placed_) {
-    const dReal* const at = dGeomGetPosition(geom);
-    dReal to[3];
-    for (int i = 0; i < 3; ++i) to[i] = at[i] + real(random.between(-0.1, 0.1));
-    dGeomSetPosition(geom, to[0], to[1], to[2]);
+    const auto shift = [&] { return random.between(-0.1, 0.1); };
+    const double x = shift(), y = shift();
+    moveBy(geom, x, y, shift());
   }
 }
 
@@ -344,9 +326,7 @@ std::size_t userCodeCalls() {
 }
 
 void releaseContactShapes() {
-  if (torus_mesh) dGeomTriMeshDataDestroy(torus_mesh->data);
-  delete torus_mesh;
-  torus_mesh = nullptr;
+  delete std::exchange(torus, nullptr);
 }
 
 }  // namespace sap_test

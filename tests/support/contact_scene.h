@@ -65,7 +65,7 @@ enum class Kind {
 
 class ContactScene {
  public:
-  // An empty one. Geoms go into this space unless told otherwise; the scene destroys them.
+  // An empty one, which destroys its geoms.
   explicit ContactScene(dSpaceID space);
   ~ContactScene();
   ContactScene(const ContactScene&) = delete;
@@ -74,7 +74,6 @@ class ContactScene {
   // A geom of about unit size at a place and in an orientation that the seed decides, in a cube of
   // this side.
   dGeomID add(Kind kind, double side, std::uint64_t seed);
-  dGeomID add(Kind kind, double side, std::uint64_t seed, dSpaceID space);
   // n geoms of these kinds in turn, a few near each other.
   void fill(const std::vector<Kind>& kinds, std::size_t n, std::uint64_t seed);
   // Every body and geom a little elsewhere.

@@ -23,13 +23,21 @@ struct Event {
 };
 using Events = std::vector<Event>;
 
-Events begunOf(dSpaceID space);
-Events endedOf(dSpaceID space);
+Events eventsOf(dSpaceID space, std::size_t (*get)(dSpaceID, const dParallelSAPPairEvent**));
+inline Events begunOf(dSpaceID space) {
+  return eventsOf(space, dParallelSAPSpaceGetBegunPairs);
+}
+inline Events endedOf(dSpaceID space) {
+  return eventsOf(space, dParallelSAPSpaceGetEndedPairs);
+}
+inline Events begunTouchesOf(dSpaceID space) {
+  return eventsOf(space, dParallelSAPSpaceGetBegunTouches);
+}
+inline Events endedTouchesOf(dSpaceID space) {
+  return eventsOf(space, dParallelSAPSpaceGetEndedTouches);
+}
 // Of all pairs, by place.
 std::vector<unsigned> numbersOf(dSpaceID space);
-
-Events begunTouchesOf(dSpaceID space);
-Events endedTouchesOf(dSpaceID space);
 
 // What a space has told of its pairs or touches: those that last, by their numbers.
 class Followed {
@@ -56,12 +64,6 @@ class EventsOracle {
   // were checked. `within`: all geoms in sub-spaces.
   std::string checkTouches(dSpaceID space, const Pairs& touches, const Geoms& geoms,
                            const Geoms& within);
-  // Of a frame that changes no touch: the space says nothing.
-  static std::string checkNoTouches(dSpaceID space);
-
-  // Events so far.
-  std::size_t begun() const { return begun_; }
-  std::size_t ended() const { return ended_; }
 
  private:
   struct Known {
@@ -87,7 +89,7 @@ class EventsOracle {
   std::set<unsigned> held_;      // of touches whose pairs have ended
   unsigned next_ = 0;
   std::vector<unsigned> ended_numbers_;
-  std::size_t most_ = 0, begun_ = 0, ended_ = 0;
+  std::size_t most_ = 0;
   std::map<Pair, Known> touches_;
 };
 

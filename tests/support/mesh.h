@@ -32,4 +32,10 @@ class Mesh {
   const dTriMeshDataID data_ = dGeomTriMeshDataCreate();
 };
 
+// Around this place, up to so far along each axis.
+inline Mesh tetrahedron(float x = 0, float z = 0, float r = 1) {
+  return Mesh({x - r, -r, z - r, x + r, -r, z - r, x, r, z - r, x, 0, z + r},
+              {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3});
+}
+
 }  // namespace sap_test

@@ -73,13 +73,13 @@ void ProbeBatch::moveTo(const std::vector<dGeomID>& geoms) {
     dReal bounds[6], place[3];
     dGeomGetAABB(at, bounds);
     for (int axis = 0; axis < 3; ++axis) {
-      place[axis] = bounds[2 * axis] + (bounds[2 * axis + 1] - bounds[2 * axis]) *
-                                           static_cast<dReal>(random.between(-0.2, 1.2));
-      if (!std::isfinite(place[axis])) place[axis] = static_cast<dReal>(random.gauss());
+      place[axis] = bounds[2 * axis] +
+                    (bounds[2 * axis + 1] - bounds[2 * axis]) * real(random.between(-0.2, 1.2));
+      if (!std::isfinite(place[axis])) place[axis] = real(random.gauss());
     }
     dGeomSetPosition(probe.geom, place[0], place[1], place[2]);
     dMatrix3 turned;
-    dRFromEulerAngles(turned, static_cast<dReal>(random.gauss()), 1, place[0]);
+    dRFromEulerAngles(turned, real(random.gauss()), 1, place[0]);
     dGeomSetRotation(probe.geom, turned);
     probe.ignore = random.chance(0.3) ? dGeomGetBody(at) : nullptr;
     if (random.chance(0.1)) dGeomSetCategoryBits(probe.geom, random.below(16));
@@ -90,33 +90,29 @@ void ProbeBatch::moveTo(const std::vector<dGeomID>& geoms) {
 }
 
 OverlapAnswers ProbeBatch::ask(dSpaceID space, int flags) const {
-  struct Told {
-    Probes probes;
-    std::vector<Contacts> contacts;
-    std::size_t last = 0;
-    bool right = true;
-  } told = {probes, std::vector<Contacts>(probes.size())};
+  OverlapAnswers answers;
+  std::size_t last = 0;
+  bool right = true;
+  answers.contacts.resize(probes.size());
+  auto take = [&](std::size_t probe, dGeomID geom, const dContactGeom* contacts, int count) {
+    right = right && probe >= last && count > 0;
+    last = probe;
+    recordContacts(&answers.contacts.at(probe), probes[probe].geom, geom, contacts, count);
+  };
   const auto call = [&](int more, dParallelSAPOverlapCallback* callback) {
-    for (dParallelSAPProbe& probe : told.probes) probe.touched = 77;
+    Probes asked = probes;
+    for (dParallelSAPProbe& probe : asked) probe.touched = 77;
     const std::size_t sum = dParallelSAPSpaceOverlaps(
-        space, told.probes.data(), probes.size(), sizeof probes[0], flags | more, &told, callback);
+        space, asked.data(), asked.size(), sizeof asked[0], flags | more, &take, callback);
     std::vector<std::size_t> touched;
-    for (const dParallelSAPProbe& probe : told.probes) touched.push_back(probe.touched);
-    told.right =
-        told.right && sum == std::accumulate(touched.begin(), touched.end(), std::size_t{0});
+    for (const dParallelSAPProbe& probe : asked) touched.push_back(probe.touched);
+    right = right && sum == std::accumulate(touched.begin(), touched.end(), std::size_t{0});
     return touched;
   };
-  OverlapAnswers answers;
-  answers.touched = call(
-      0, [](void* data, std::size_t probe, dGeomID geom, const dContactGeom* contacts, int count) {
-        Told& all = *static_cast<Told*>(data);
-        all.right = all.right && probe >= all.last && count > 0;
-        all.last = probe;
-        recordContacts(&all.contacts.at(probe), all.probes[probe].geom, geom, contacts, count);
-      });
+  answers.touched = call(0, invoke<decltype(take)>);
   answers.counted = call(0, nullptr);
   answers.any = call(dParallelSAPOverlapAny, nullptr);
-  if (told.right) answers.contacts = told.contacts;
+  if (!right) answers.contacts.clear();
   return answers;
 }
 
@@ -126,12 +122,10 @@ std::size_t ProbeBatch::meeting(const OverlapAnswers& answers) {
 
 void ProbeBatch::report(dSpaceID space, int flags,
                         const std::function<void(dGeomID)>& callback) const {
-  std::function<void(dGeomID)> call = callback;
   Probes asked = probes;
-  dParallelSAPSpaceOverlaps(space, asked.data(), asked.size(), sizeof asked[0], flags, &call,
-                            [](void* data, std::size_t, dGeomID geom, const dContactGeom*, int) {
-                              (*static_cast<std::function<void(dGeomID)>*>(data))(geom);
-                            });
+  auto take = [&](std::size_t, dGeomID geom, const dContactGeom*, int) { callback(geom); };
+  dParallelSAPSpaceOverlaps(space, asked.data(), asked.size(), sizeof asked[0], flags, &take,
+                            invoke<decltype(take)>);
 }
 
 }  // namespace sap_test

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "oracle.h"
+#include "recorder.h"
 
 namespace sap_test {
 namespace {
@@ -131,10 +132,10 @@ bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
 dParallelSAPRay rayOf(const double (&from)[3], const double (&along)[3], double length) {
   dParallelSAPRay ray = {};
   for (int axis = 0; axis < 3; ++axis) {
-    ray.origin[axis] = static_cast<dReal>(from[axis]);
-    ray.direction[axis] = static_cast<dReal>(along[axis]);
+    ray.origin[axis] = real(from[axis]);
+    ray.direction[axis] = real(along[axis]);
   }
-  ray.length = static_cast<dReal>(length);
+  ray.length = real(length);
   ray.category_bits = ray.collide_bits = ~0ul;
   return ray;
 }
@@ -187,23 +188,23 @@ RayHits nearestHits(dSpaceID space, const Rays& rays, int flags) {
 }
 
 std::vector<RayHits> allHits(dSpaceID space, const Rays& rays, int flags) {
-  struct Told {
-    std::vector<RayHits> hits;
-    std::size_t next = 0, count = 0;
-    bool in_order = true;
-  } told;
-  told.hits.resize(rays.size());
-  const std::size_t count = dParallelSAPSpaceRayHits(
-      space, rays.data(), rays.size(), flags, &told,
-      [](void* data, std::size_t ray, const dParallelSAPRayHit* hits, std::size_t n) {
-        Told& all = *static_cast<Told*>(data);
-        all.in_order = all.in_order && ray >= all.next && n > 0;
-        all.next = ray + 1;
-        all.count += n;
-        all.hits.at(ray).assign(hits, hits + n);
-      });
-  if (count != told.count || !told.in_order) told.hits.clear();
-  return told.hits;
+  std::vector<RayHits> all(rays.size());
+  std::size_t next = 0, told = 0;
+  bool in_order = true;
+  auto take = [&](std::size_t ray, const dParallelSAPRayHit* hits, std::size_t n) {
+    in_order = in_order && ray >= next && n > 0;
+    next = ray + 1;
+    told += n;
+    all.at(ray).assign(hits, hits + n);
+  };
+  const std::size_t count = dParallelSAPSpaceRayHits(space, rays.data(), rays.size(), flags, &take,
+                                                     invoke<decltype(take)>);
+  if (count != told || !in_order) all.clear();
+  return all;
+}
+
+RayAnswers answersOf(dSpaceID space, const Rays& rays, int flags) {
+  return {nearestHits(space, rays, flags), allHits(space, rays, flags)};
 }
 
 RayAnswers owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags,
@@ -234,17 +235,14 @@ std::string difference(const RayAnswers& got, const RayAnswers& owed) {
   return "";
 }
 
-std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const RayAnswers& owed) {
-  return difference({nearestHits(space, rays, flags), allHits(space, rays, flags)}, owed);
-}
-
 std::string wrongRays(dSpaceID space, const std::vector<dGeomID>& in_add_order, const Rays& rays,
                       int flags) {
   // The space goes first: the oracle asks geoms for their bounds, after which they are not dirty.
-  const RayAnswers first = {nearestHits(space, rays, flags), allHits(space, rays, flags)};
+  const RayAnswers first = answersOf(space, rays, flags);
   const RayAnswers owed = owedRays(in_add_order, rays, flags);
   const std::string wrong = difference(first, owed);
-  return wrong == "" ? wrongRays(space, rays, flags, owed) : "before the oracle: " + wrong;
+  return wrong == "" ? difference(answersOf(space, rays, flags), owed)
+                     : "before the oracle: " + wrong;
 }
 
 int RayBatch::someFlags() {
@@ -255,10 +253,6 @@ int RayBatch::someFlags() {
   return flags;
 }
 
-RayAnswers RayBatch::ask(dSpaceID space, int flags) const {
-  return {nearestHits(space, rays, flags), allHits(space, rays, flags)};
-}
-
 std::size_t RayBatch::meeting(const RayAnswers& answers) {
   std::size_t count = 0;
   for (const dParallelSAPRayHit& hit : answers.nearest) count += hit.geom != nullptr;
@@ -267,12 +261,10 @@ std::size_t RayBatch::meeting(const RayAnswers& answers) {
 
 void RayBatch::report(dSpaceID space, int flags,
                       const std::function<void(dGeomID)>& callback) const {
-  std::function<void(dGeomID)> call = callback;
-  dParallelSAPSpaceRayHits(
-      space, rays.data(), rays.size(), flags, &call,
-      [](void* data, std::size_t, const dParallelSAPRayHit* hits, std::size_t) {
-        (*static_cast<std::function<void(dGeomID)>*>(data))(hits[0].geom);
-      });
+  auto take = [&](std::size_t, const dParallelSAPRayHit* hits, std::size_t) {
+    callback(hits[0].geom);
+  };
+  dParallelSAPSpaceRayHits(space, rays.data(), rays.size(), flags, &take, invoke<decltype(take)>);
 }
 
 Bounds RayBatch::bounds(std::size_t query) const {

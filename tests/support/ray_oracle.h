@@ -36,6 +36,7 @@ struct RayAnswers {
   RayHits nearest;
   std::vector<RayHits> all;
 };
+RayAnswers answersOf(dSpaceID space, const Rays& rays, int flags);
 // Of geoms in the order in which they were last added, sub-spaces gone through in their place.
 // Asks for bounds, so the space goes first.
 RayAnswers owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags,
@@ -43,7 +44,6 @@ RayAnswers owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, 
 
 // Bit for bit: "" or where they differ.
 std::string difference(const RayAnswers& got, const RayAnswers& owed);
-std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const RayAnswers& owed);
 std::string wrongRays(dSpaceID space, const std::vector<dGeomID>& in_add_order, const Rays& rays,
                       int flags);
 
@@ -56,8 +56,7 @@ struct RayBatch {
   RayBatch(std::size_t count, Random& of) : n(count), random(of) {}
   void moveTo(const std::vector<dGeomID>& geoms) { rays = raysAt(geoms, n, random); }
   int someFlags();
-  // Both calls.
-  RayAnswers ask(dSpaceID space, int flags) const;
+  RayAnswers ask(dSpaceID space, int flags) const { return answersOf(space, rays, flags); }
   RayAnswers owed(dSpaceID, const std::vector<dGeomID>& in_add_order, int flags,
                   const Filter& filter = nullptr) const {
     return owedRays(in_add_order, rays, flags, filter);

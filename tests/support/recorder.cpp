@@ -18,6 +18,13 @@ void record(void* pairs, dGeomID first, dGeomID second) {
   static_cast<Pairs*>(pairs)->emplace_back(number(first), number(second));
 }
 
+void recordWithin(void* pairs, dGeomID first, dGeomID second) {
+  if (dGeomIsSpace(first) || dGeomIsSpace(second))
+    dSpaceCollide2(first, second, pairs, recordWithin);
+  else
+    record(pairs, first, second);
+}
+
 Pairs collide(dSpaceID space) {
   Pairs pairs;
   dSpaceCollide(space, &pairs, record);
@@ -26,20 +33,15 @@ Pairs collide(dSpaceID space) {
 
 Pairs collideUntil(dSpaceID space, std::size_t at) {
   struct Stop {};
-  struct Callback {
-    Pairs pairs;
-    std::size_t at;
-    static void call(void* data, dGeomID a, dGeomID b) {
-      Callback& self = *static_cast<Callback*>(data);
-      record(&self.pairs, a, b);
-      if (self.pairs.size() == self.at) throw Stop();
-    }
-  } callback{{}, at};
+  Pairs pairs;
   try {
-    dSpaceCollide(space, &callback, Callback::call);
+    collide(space, [&](dGeomID a, dGeomID b) {
+      record(&pairs, a, b);
+      if (pairs.size() == at) throw Stop();
+    });
   } catch (const Stop&) {
   }
-  return callback.pairs;
+  return pairs;
 }
 
 Pairs collide2(dGeomID first, dGeomID second) {

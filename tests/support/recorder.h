@@ -25,12 +25,29 @@ std::size_t number(dGeomID geom);
 // A dNearCallback; `pairs` points to a Pairs, to which the pair is appended.
 void record(void* pairs, dGeomID first, dGeomID second);
 
+// The same, which takes spaces apart all the way down.
+void recordWithin(void* pairs, dGeomID first, dGeomID second);
+
 Pairs collide(dSpaceID space);
 // What dSpaceCollide reports until its callback throws, at its call number `at`, counted from 1.
 Pairs collideUntil(dSpaceID space, std::size_t at);
 Pairs collide2(dGeomID first, dGeomID second);
 inline Pairs collide2(dSpaceID first, dGeomID second) {
   return collide2(asGeom(first), second);
+}
+
+// A callback of any kind whose data is a function object, which it calls.
+template <class Function, class Result, class... Arguments>
+Result invoke(void* function, Arguments... arguments) {
+  return (*static_cast<Function*>(function))(arguments...);
+}
+template <class Function>
+void collide(dSpaceID space, Function function) {
+  dSpaceCollide(space, &function, invoke<Function>);
+}
+template <class Function>
+void collide2(dGeomID first, dGeomID second, Function function) {
+  dSpaceCollide2(first, second, &function, invoke<Function>);
 }
 
 // Sorted, arguments as they are.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
+#include "mesh.h"
 #include "random.h"
 #include "recorder.h"
 #include "user_box.h"
@@ -182,7 +184,14 @@ const StockSpace kStockSpaces[] = {
        return dQuadTreeSpaceCreate(parent, centre, extents, 3);
      }}};
 
-World::World(dSpaceID space) : space_(space), dynamics_(dWorldCreate()) {}
+void moveBy(dGeomID geom, double x, double y, double z) {
+  const dReal* const at = dGeomGetPosition(geom);
+  dGeomSetPosition(geom, at[0] + real(x), at[1] + real(y), at[2] + real(z));
+}
+
+World::World(dSpaceID space, const Boxes& boxes) : space_(space), dynamics_(dWorldCreate()) {
+  addBoxes(boxes);
+}
 
 World::~World() {
   for (const dGeomID geom : geoms_) dGeomDestroy(geom);
@@ -244,12 +253,10 @@ dBodyID World::giveBody(dGeomID geom) {
 void World::jitter(double distance, std::uint64_t seed) {
   Random random(seed);
   for (const dGeomID geom : geoms_) {
-    const auto shift = [&] { return real(random.between(-distance, distance)); };
-    const dReal x = shift(), y = shift(), z = shift();
+    const auto shift = [&] { return random.between(-distance, distance); };
+    const double x = shift(), y = shift(), z = shift();
     if (dGeomGetClass(geom) == dPlaneClass || dGeomIsSpace(geom)) continue;
-    dVector3 position;
-    dGeomCopyPosition(geom, position);
-    dGeomSetPosition(geom, position[0] + x, position[1] + y, position[2] + z);
+    moveBy(geom, x, y, z);
   }
 }
 
@@ -374,10 +381,6 @@ const std::vector<WorldScene>& worldScenes() {
 
 namespace {
 
-const float kTetrahedron[4][3] = {
-    {-0.5f, -0.5f, -0.5f}, {0.5f, -0.5f, -0.5f}, {0, 0.5f, -0.5f}, {0, 0, 0.5f}};
-const dTriIndex kTetrahedronFaces[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
-
 dReal kCubePlanes[24] = {1, 0,  0, 0.5, -1, 0, 0, 0.5, 0, 1, 0,  0.5,
                          0, -1, 0, 0.5, 0,  0, 1, 0.5, 0, 0, -1, 0.5};
 dReal kCubePoints[24] = {-0.5, -0.5, -0.5, 0.5, -0.5, -0.5, -0.5, 0.5, -0.5, 0.5, 0.5, -0.5,
@@ -385,16 +388,12 @@ dReal kCubePoints[24] = {-0.5, -0.5, -0.5, 0.5, -0.5, -0.5, -0.5, 0.5, -0.5, 0.5
 unsigned kCubePolygons[30] = {4, 1, 3, 7, 5, 4, 0, 4, 6, 2, 4, 2, 6, 7, 3,
                               4, 0, 1, 5, 4, 4, 4, 5, 7, 6, 4, 0, 2, 3, 1};
 
-dTriMeshDataID mesh_data = nullptr;
+Mesh* mesh = nullptr;
 dHeightfieldDataID height_data = nullptr;
 
 dGeomID createTriMesh(dSpaceID space) {
-  if (!mesh_data) {
-    mesh_data = dGeomTriMeshDataCreate();
-    dGeomTriMeshDataBuildSingle(mesh_data, kTetrahedron, 3 * sizeof(float), 4, kTetrahedronFaces,
-                                12, 3 * sizeof(dTriIndex));
-  }
-  return dCreateTriMesh(space, mesh_data, nullptr, nullptr, nullptr);
+  if (!mesh) mesh = new Mesh(tetrahedron(0, 0, 0.5f));
+  return mesh->create(space);
 }
 
 dGeomID createHeightfield(dSpaceID space) {
@@ -464,10 +463,8 @@ dGeomID createTransform(dSpaceID space, dGeomID carried) {
 #pragma GCC diagnostic pop
 
 void releaseShapes() {
-  if (mesh_data) dGeomTriMeshDataDestroy(mesh_data);
-  if (height_data) dGeomHeightfieldDataDestroy(height_data);
-  mesh_data = nullptr;
-  height_data = nullptr;
+  delete std::exchange(mesh, nullptr);
+  if (height_data) dGeomHeightfieldDataDestroy(std::exchange(height_data, nullptr));
 }
 
 }  // namespace sap_test

@@ -33,6 +33,9 @@ Boxes longBars(std::size_t n, std::uint64_t seed);         // thin, along each o
 Boxes farClusters(std::size_t n, std::uint64_t seed);      // two dense cubes a million apart
 Boxes heap(std::size_t n, std::uint64_t seed);             // a cone of unit cubes at rest
 
+// So far along each axis.
+void moveBy(dGeomID geom, double x, double y, double z);
+
 // Numbers of geoms at which a space does its work in different ways.
 constexpr std::size_t kSceneSizes[] = {8, 200, 3000};
 
@@ -47,7 +50,7 @@ const std::vector<BoxScene>& boxScenes();
 // apart, so destroy a World before its space or let the space clean up nothing.
 class World {
  public:
-  explicit World(dSpaceID space);
+  explicit World(dSpaceID space, const Boxes& boxes = {});
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
