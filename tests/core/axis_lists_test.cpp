@@ -1,16 +1,11 @@
 // The lists of the method AxisLists, as plain arrays, cut into parts.
 #include "space/paper/axis_lists.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "cuda/axis_lists/axis_parts.h"
 #include "support/case.h"
-#include "support/catch.hpp"
-#include "support/knobs.h"
-#include "support/random.h"
 
 using namespace ode_parallel_sap;
 

@@ -1,23 +1,22 @@
 // The parts that find pairs in plain arrays, with every instruction set this processor has: what
 // the tests through the public interface cannot choose.
-#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <set>
 #include <thread>
-#include <vector>
 
+#include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 #include "space/base/round_to_floats.h"
+#include "space/pairs/cell_order.h"
 #include "space/pairs/sweep.h"
 #include "space/simd/kernels.h"
 #include "support/case.h"
-#include "support/catch.hpp"
-#include "support/knobs.h"
-#include "support/random.h"
 
 using namespace ode_parallel_sap;
 
@@ -68,14 +67,14 @@ TEST_CASE(
 
 namespace {
 
-// Unit boxes side by side, in rows of 128.
-BoxSet layerOfBoxes(std::size_t count) {
+// Unit boxes side by side, in rows.
+BoxSet layerOfBoxes(std::size_t count, Slot row = 128) {
   BoxSet boxes;
   boxes.size = count;
   boxes.exact = true;
   boxes.boxes.resize(count);
   for (Slot slot = 0; slot < count; ++slot) {
-    const float x = static_cast<float>(slot % 128), y = static_cast<float>(slot / 128);
+    const float x = static_cast<float>(slot % row), y = static_cast<float>(slot / row);
     boxes.boxes[slot] = {{x, y, 0}, {x + 1, y + 1, 1}};
   }
   return boxes;
@@ -92,6 +91,25 @@ std::size_t wideCells(const CellTrees<float>& trees, float width) {
 }
 
 }  // namespace
+
+TEST_CASE("A box that moves a little stays in its cell, and is found where it is") {
+  const ScopedMode mode(exactMode());
+  const BoxSet boxes = layerOfBoxes(400, 20);
+  CellTrees<float> tree;
+  tree.build(boxes, 1);
+  std::vector<Slot> found(tree.most());
+  for (Slot slot = 0; slot < boxes.size; ++slot) {
+    Box box = boxes.boxes[slot];
+    box.lower[2] += 1.5f;
+    box.upper[2] += 1.5f;
+    tree.place(slot, box);
+    const Box above = {{box.lower[0] + 0.25f, box.lower[1] + 0.25f, 2},
+                       {box.lower[0] + 0.5f, box.lower[1] + 0.5f, 3}};
+    REQUIRE(tree.find(above, found.data()) == 1);
+    CHECK(found[0] / 2 == slot);
+  }
+  CHECK(tree.strayRows() == 0);
+}
 
 TEST_CASE("Wherever cells grow, all are cut anew") {
   constexpr Slot all = 128 * 1024;
@@ -113,6 +131,83 @@ TEST_CASE("Wherever cells grow, all are cut anew") {
     INFO("node " << node);
     REQUIRE(wideCells(sweep.trees(), far / 2) < group_size / 2);
   }
+}
+
+namespace {
+
+// Cubes of these sizes in turn, far apart.
+template <class Real>
+BoxSet boxesOfSizes(const std::vector<std::array<double, 3>>& sizes, std::size_t count) {
+  BoxSet boxes;
+  boxes.size = count;
+  boxes.wide = sizeof(Real) > sizeof(float);
+  boxBufferOf<Real>(boxes).resize(count);
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    BasicBox<Real>& box = boxBufferOf<Real>(boxes)[slot];
+    for (int axis = 0; axis < 3; ++axis) {
+      box.lower[axis] = static_cast<Real>(slot);
+      box.upper[axis] = static_cast<Real>(slot + sizes[slot % sizes.size()][axis]);
+    }
+  }
+  return boxes;
+}
+
+template <class Real>
+void checkSizes(const std::vector<std::array<double, 3>>& sizes, std::size_t wanted) {
+  const BoxSet boxes = boxesOfSizes<Real>(sizes, 3000);
+  BoxClasses<Real> classes;
+  classes.choose(boxes);
+  std::set<std::size_t> used;
+  for (Slot slot = 0; slot < boxes.size; ++slot) {
+    used.insert(classes.of(boxesOf<Real>(boxes)[slot]));
+    REQUIRE(*used.rbegin() < classes.count());
+  }
+  REQUIRE(used.size() == wanted);
+  for (Slot slot = 0; slot < boxes.size && wanted == sizes.size(); ++slot)
+    REQUIRE(classes.of(boxesOf<Real>(boxes)[slot]) ==
+            classes.of(boxesOf<Real>(boxes)[slot % sizes.size()]));
+}
+
+}  // namespace
+
+TEST_CASE("Boxes that are far longer on an axis are a class", "[classes]") {
+  checkSizes<float>({{1, 1, 1}, {2, 1, 3}}, 1);
+  checkSizes<float>({{1, 1, 1}, {1, 1, 1}, {40, 1, 1}}, 2);
+  checkSizes<float>({{20, 1, 1}, {1, 20, 1}, {1, 1, 20}}, 3);
+  checkSizes<double>({{1e-9, 1e-9, 1e-9}, {1e9, 1e9, 1e9}}, 2);
+  checkSizes<double>({{1, 1, 1}, {HUGE_VAL, 1, 1}}, 2);
+  checkSizes<float>({{1, 1, 1}, {40, 40, 40}, {HUGE_VAL, 1, 1}}, 3);
+  checkSizes<float>({{0, 0, 0}, {0, 0, 0}}, 1);
+}
+
+TEST_CASE("Boxes are no class that are shorter than a cell of all would be", "[classes]") {
+  checkSizes<float>({{0.01, 0.01, 0.01}, {1, 1, 1}}, 1);
+  checkSizes<float>({{1, 1, 1}, {HUGE_VAL, 1, 1}, {0.01, 0.01, 0.01}}, 2);
+  checkSizes<double>({{0.01, 0.01, 0.01}, {100, 1, 1}}, 2);
+}
+
+TEST_CASE("Bars stay a class where a few boxes are far away", "[classes]") {
+  BoxSet boxes = boxesOfSizes<float>({{1, 1, 1}, {1, 1, 1}, {40, 1, 1}}, 3000);
+  for (Slot slot = 0; slot < boxes.size; slot += 20)
+    for (float* const bounds : {boxes.boxes[slot].lower, boxes.boxes[slot].upper})
+      bounds[1] += 1e6f;
+  BoxClasses<float> classes;
+  classes.choose(boxes);
+  CHECK(classes.of(boxes.boxes[1]) != classes.of(boxes.boxes[2]));
+}
+
+TEST_CASE("Each cell has boxes of one class", "[classes]") {
+  const BoxSet boxes = boxesOfSizes<float>({{1, 1, 1}, {40, 1, 1}}, 600);
+  CellOrder<float> order;
+  Buffer<std::uint64_t> workspace;
+  order.build(boxes, 1, workspace);
+  const CellBoxes of = order.boxesOfCells();
+  REQUIRE(order.classEnds().size() > 1);
+  const std::size_t cells = order.classEnds().back();
+  for (std::size_t cell = 0; cell < cells; ++cell)
+    for (std::uint32_t i = of.starts[cell]; i < of.starts[cell + 1]; ++i)
+      CHECK(of.order[i] % 2 == of.order[of.starts[cell]] % 2);
+  CHECK(cells > 600 / 16);
 }
 
 namespace {
@@ -185,27 +280,6 @@ TEST_CASE(
     REQUIRE(farthest < limit);
   }
   CHECK(fine_boxes > 0);
-}
-
-TEST_CASE("Threads that take from one another's parts take every index once") {
-  static Region region("parts");
-  std::vector<std::atomic<int>> taken(100003);
-  for (const int threads : {1, 2, 7, 16}) {
-    for (auto& times : taken) times = 0;
-    const auto take = [&](Range range, int thread) {
-      if (thread == 0) std::this_thread::yield();
-      for (std::size_t i = range.begin; i < range.end; ++i) ++taken[i];
-    };
-    runChunks(region, threads, taken.size(), 3, take, threads);
-    CHECK(std::all_of(taken.begin(), taken.end(), [](const auto& times) { return times == 1; }));
-  }
-}
-
-TEST_CASE("An exception of any thread reaches the caller, once all are done") {
-  static Region region("exceptions");
-  for (const int threads : {1, 4})
-    REQUIRE_THROWS_AS(runTeam(region, threads, [](int, int) { throw std::bad_alloc(); }),
-                      std::bad_alloc);
 }
 
 TEST_CASE("An exception of the program is thrown rather than a lack of memory") {

@@ -1,13 +1,8 @@
 // Pairs found in any order, put in that of the report: dense and sparse, in short lists and long.
-#include <algorithm>
 #include <set>
-#include <vector>
 
 #include "space/pairs/row_table.h"
 #include "support/case.h"
-#include "support/catch.hpp"
-#include "support/knobs.h"
-#include "support/random.h"
 
 using namespace ode_parallel_sap;
 

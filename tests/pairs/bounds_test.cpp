@@ -1,24 +1,12 @@
 // Bounds that nobody should have: NaN, infinite, inverted, denormal, huge, far away.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <limits>
-
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/floating_point.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/oracle.h"
-#include "support/random.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 #include "support/user_box.h"
 
 using namespace sap_test;
 
 namespace {
 
-const dReal kInfinity = std::numeric_limits<dReal>::infinity();
-const dReal kNaN = std::numeric_limits<dReal>::quiet_NaN();
 const dReal kSignalling = std::numeric_limits<dReal>::signaling_NaN();
 
 }  // namespace
@@ -32,8 +20,7 @@ TEST_CASE("A NaN bound leaves its geom out, is reported once, counted always, an
       const int step = n > 1000 ? 5 : 1;
       for (int bound = 0; bound < 6; bound += step) {
         const Space space(configuration);
-        World world(space);
-        world.addBoxes(denseCube(n - 2, 8));
+        World world(space, denseCube(n - 2, 8));
         const Bounds sound = {-100, 100, -100, 100, -100, 100};
         const dGeomID sick = world.take(createUserBox(space, sound));
         const dGeomID ball = world.take(dCreateSphere(space, 100));
@@ -128,8 +115,8 @@ TEST_CASE("The few geoms that move meet others as in any frame, in any floating-
       const auto somewhere = [&] {
         Bounds bounds;
         for (std::size_t i = 0; i < 6; i += 2) {
-          bounds[i] = length * static_cast<dReal>(random.below(12));
-          bounds[i + 1] = bounds[i] + length * static_cast<dReal>(1 - random.below(2) * 1e-3);
+          bounds[i] = length * real(random.below(12));
+          bounds[i + 1] = bounds[i] + length * real(1 - random.below(2) * 1e-3);
         }
         return bounds;
       };

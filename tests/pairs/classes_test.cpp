@@ -1,16 +1,10 @@
 // Bodies wherever they are in memory, and AABBTest functions. Each two classes: pairs/pairs_test.
-#include <ode_parallel_sap/parallel_sap_space.h>
 #include <sys/mman.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <iterator>
-#include <utility>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/oracle.h"
+#include "support/tests.h"
 #include "support/user_box.h"
 
 using namespace sap_test;

@@ -1,17 +1,6 @@
 // dSpaceCollide reports the pairs it owes, each once and in order, whatever the scene, the method
 // and the back end.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
-#include "support/bounds.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/knobs.h"
-#include "support/oracle.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 #include "support/user_box.h"
 
 using namespace sap_test;
@@ -61,8 +50,7 @@ TEST_CASE("Twenty thousand geoms give the same pairs whatever the method", "[pai
     for (const Configuration& configuration : configurations()) {
       if (configuration.method == dParallelSAPMethodAxisLists) continue;  // memory
       const Space space(configuration);
-      World world(space);
-      world.addBoxes(boxes);
+      World world(space, boxes);
       const Pairs pairs = collide(space);
       if (first.empty()) first = pairs;
       INFO(configuration.name << " against " << configurations()[0].name);

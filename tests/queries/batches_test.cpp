@@ -1,21 +1,13 @@
 // Batches of rays and of probes: the answers of a loop over dCollide, bit for bit, whichever thread
 // finds them.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
 #include <array>
 #include <chrono>
-#include <limits>
 #include <type_traits>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
 #include "support/overlap_oracle.h"
 #include "support/ray_oracle.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
@@ -89,8 +81,7 @@ TEST_CASE("Queries do not go through all geoms of a large space within the space
     const Space space;
     const dSpaceID around = within ? dParallelSAPSpaceCreate(space) : dSpaceID(space);
     for (int i = 0; i < 20000; ++i)
-      dGeomSetPosition(dCreateSphere(around, 1), static_cast<dReal>(3 * (i % 100)),
-                       static_cast<dReal>(3 * (i / 100)), 0);
+      dGeomSetPosition(dCreateSphere(around, 1), real(3 * (i % 100)), real(3 * (i / 100)), 0);
     dParallelSAPSpaceSetNumThreads(space, 1);
     const Rays rays(500, rayOf({30, 90, 5}, {0.01, 0.02, -1}, 10));
     Probes probes(500, {dCreateSphere(nullptr, 1), nullptr, 0});

@@ -1,16 +1,7 @@
 // Which pairs and touches began and ended: what random edits (fuzz) do not reach.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
-
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
 #include "support/events_oracle.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
@@ -39,8 +30,7 @@ TEST_CASE("While memory is given back no event comes twice and nothing is lost",
   for (const int skip : {0, 1}) {
     const std::uint64_t seed = seedOr(409);
     const Space space;
-    World world(space);
-    world.addBoxes(denseCube(3000, seed));
+    World world(space, denseCube(3000, seed));
     // Pairs are verified then, from a list of their own.
     if (skip) world.giveBody(world.geoms()[0]);
     dParallelSAPSpaceSetSkipAsleep(space, skip);
@@ -51,7 +41,7 @@ TEST_CASE("While memory is given back no event comes twice and nothing is lost",
       if (frame == 2) world.shrinkTo(300);
       // Others than these keep their pairs.
       const dGeomID mover = world.geoms()[static_cast<std::size_t>(frame)];
-      if (frame % 3) dGeomSetPosition(mover, static_cast<dReal>(frame % 7), 2, 2);
+      if (frame % 3) dGeomSetPosition(mover, real(frame % 7), 2, 2);
       const Pairs pairs = collide(space);
       INFO("skip " << skip << ", frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
       REQUIRE(oracle.check(space, pairs, EventsOracle::byNumber(world.geoms())) == "");
@@ -91,31 +81,28 @@ TEST_CASE("Who asks for events that are off, or after another call, is told once
     dParallelSAPSpaceSetEvents(asked, kinds);
     (void)collide(asked);
     const Messages messages;
-    const dParallelSAPPairEvent* events;
-    for (int i = 0; i < 2; ++i) CHECK(ask(asked, stranger, &events) == 0);
+    for (int i = 0; i < 2; ++i) CHECK(ask(asked, stranger) == 0);
     INFO(word);
     REQUIRE(messages.all().size() == (*word ? 1 : 0));
     if (*word) CHECK(messages.all()[0].find(word) != std::string::npos);
   };
-  using Events = const dParallelSAPPairEvent**;
-  const auto ended = [](dSpaceID space, dGeomID, Events events) {
-    return dParallelSAPSpaceGetEndedPairs(space, events);
+  const auto askedBy = [](auto get) {
+    return [get](dSpaceID space, dGeomID) {
+      const dParallelSAPPairEvent* events;
+      return get(space, &events);
+    };
   };
-  const auto begun = [](dSpaceID space, dGeomID, Events events) {
-    return dParallelSAPSpaceGetBegunPairs(space, events);
-  };
-  const auto find = [](dSpaceID space, dGeomID geom, Events) {
+  const auto ended = askedBy(dParallelSAPSpaceGetEndedPairs),
+             touches = askedBy(dParallelSAPSpaceGetBegunTouches);
+  const auto find = [](dSpaceID space, dGeomID geom) {
     unsigned number = 77;
     const dGeomID own = dSpaceGetGeom(space, 0);
     const int found = dParallelSAPSpaceFindPair(space, geom, own, &number) +
                       dParallelSAPSpaceFindPair(space, own, geom, &number);
     return found + (number != 77);
   };
-  const auto touches = [](dSpaceID space, dGeomID, Events events) {
-    return dParallelSAPSpaceGetBegunTouches(space, events);
-  };
   said(0, "dParallelSAPSpaceGetEndedPairs()", ended);
-  said(0, "dParallelSAPSpaceGetBegunPairs()", begun);
+  said(0, "dParallelSAPSpaceGetBegunPairs()", askedBy(dParallelSAPSpaceGetBegunPairs));
   said(0, "dParallelSAPSpaceFindPair()", find);
   said(dParallelSAPEventTouches, "dParallelSAPEventPairs", ended);
   said(dParallelSAPEventPairs, "dParallelSAPEventTouches", touches);

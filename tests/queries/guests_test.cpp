@@ -1,119 +1,91 @@
-// Queries and rays that several threads ask at once, of a space in which nothing changes.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
+// Queries and rays, most of which several threads ask at once, of a space in which nothing changes.
 #include <atomic>
 #include <chrono>
 #include <functional>
 #include <thread>
-#include <vector>
 
-#include "support/bounds.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/knobs.h"
 #include "support/mesh.h"
-#include "support/ode_errors.h"
-#include "support/random.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/ray_oracle.h"
+#include "support/tests.h"
+#include "support/together.h"
 #include "support/user_box.h"
 
 using namespace sap_test;
 
 namespace {
 
-// What one thread finds with probes of its own.
+// What one thread finds with probes of its own, also from within callbacks, as numbers.
 struct Answers {
-  std::vector<Pairs> pairs;
-  std::vector<dParallelSAPRayHit> hits;
-  std::vector<std::size_t> touched;
+  std::vector<double> all;
+  std::size_t pairs = 0;
+
+  void add(const Pairs& found) {
+    pairs += found.size();
+    for (const auto& [first, second] : found)
+      all.insert(all.end(), {static_cast<double>(first), static_cast<double>(second)});
+    all.push_back(-1);
+  }
 };
 
-bool same(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
-  return a.geom == b.geom && a.distance == b.distance && a.side == b.side;
-}
-
-std::string difference(const Answers& got, const Answers& owed) {
-  for (std::size_t i = 0; i < owed.pairs.size(); ++i) {
-    const std::string wrong = sap_test::difference(got.pairs[i], owed.pairs[i]);
-    if (wrong != "") return "query " + std::to_string(i) + ": " + wrong;
-  }
-  for (std::size_t i = 0; i < owed.hits.size(); ++i)
-    if (!same(got.hits[i], owed.hits[i])) return "another hit of ray " + std::to_string(i);
-  return got.touched == owed.touched ? "" : "other overlaps of a probe";
-}
-
-// Also from within callbacks.
-Answers ask(dSpaceID space, const Bounds& around, std::uint64_t seed, int rounds) {
-  struct Nest {
-    dGeomID space, inner;
-    Pairs pairs, inner_pairs;
-  } nest{};
+Answers ask(dSpaceID space, std::uint64_t seed) {
   Random random(seed);
   Answers answers;
-  const dGeomID probes[] = {dCreateSphere(nullptr, 1), dCreateRay(nullptr, 4)};
-  nest.space = asGeom(space);
-  nest.inner = dCreateBox(nullptr, 1, 1, 1);
-  setNumber(nest.inner, 1000000);
+  const dGeomID inner = dCreateBox(nullptr, 1, 1, 1),
+                probes[] = {dCreateSphere(nullptr, 1), dCreateRay(nullptr, 4)};
+  setNumber(inner, 1000000);
+  const auto place = [&] { return random.between(-5, 15); };
   const auto put = [&](dGeomID geom) {
-    dGeomSetPosition(geom, static_cast<dReal>(random.between(around[0], around[1])),
-                     static_cast<dReal>(random.between(around[2], around[3])),
-                     static_cast<dReal>(random.between(around[4], around[5])));
+    const double x = place(), y = place();
+    dGeomSetPosition(geom, real(x), real(y), real(place()));
   };
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < 60; ++round) {
     const dGeomID probe = probes[round % 2];
     setNumber(probe, 1000001);
     put(probe);
-    put(nest.inner);
-    nest.pairs.clear();
-    nest.inner_pairs.clear();
-    dSpaceCollide2(nest.space, probe, &nest, [](void* data, dGeomID a, dGeomID b) {
-      Nest& own = *static_cast<Nest*>(data);
-      own.pairs.emplace_back(number(a), number(b));
-      if (own.pairs.size() == 2) collide2(own.space, own.inner).swap(own.inner_pairs);
+    put(inner);
+    Pairs pairs, inner_pairs;
+    collide2(asGeom(space), probe, [&](dGeomID a, dGeomID b) {
+      record(&pairs, a, b);
+      if (pairs.size() == 2) inner_pairs = collide2(space, inner);
     });
-    answers.pairs.push_back(nest.pairs);
-    answers.pairs.push_back(nest.inner_pairs);
+    answers.add(pairs);
+    answers.add(inner_pairs);
     if (round % 8) continue;
-    dParallelSAPProbe batch[2] = {{probes[0], nullptr, 0}, {nest.inner, nullptr, 0}};
+    dParallelSAPProbe batch[2] = {{probes[0], nullptr, 0}, {inner, nullptr, 0}};
     dParallelSAPSpaceOverlaps(space, batch, 2, sizeof batch[0], 4, nullptr, nullptr);
-    for (const dParallelSAPProbe& each : batch) answers.touched.push_back(each.touched);
-    dParallelSAPRay rays[10] = {};
-    for (dParallelSAPRay& ray : rays) {
-      for (int axis = 0; axis < 3; ++axis) {
-        ray.origin[axis] =
-            static_cast<dReal>(random.between(around[2 * axis], around[2 * axis + 1]));
-        ray.direction[axis] = static_cast<dReal>(random.gauss());
-      }
-      ray.length = 20;
-    }
-    answers.hits.resize(answers.hits.size() + 10);
-    dParallelSAPSpaceRays(space, rays, 10, 1, &answers.hits[answers.hits.size() - 10]);
+    for (const dParallelSAPProbe& each : batch)
+      answers.all.push_back(static_cast<double>(each.touched));
+    Rays rays;
+    while (rays.size() < 10)
+      rays.push_back(
+          rayOf({place(), place(), place()}, {random.gauss(), random.gauss(), random.gauss()}, 20));
+    for (const dParallelSAPRayHit& hit : nearestHits(space, rays, 1))
+      answers.all.insert(answers.all.end(),
+                         {hit.geom ? static_cast<double>(number(hit.geom)) : -1,
+                          static_cast<double>(hit.distance), static_cast<double>(hit.side)});
   }
-  for (const dGeomID geom : {probes[0], probes[1], nest.inner}) dGeomDestroy(geom);
+  for (const dGeomID geom : {probes[0], probes[1], inner}) dGeomDestroy(geom);
   return answers;
 }
 
-void together(int threads, const std::function<void(int)>& work) {
-  std::vector<std::thread> workers;
-  for (int i = 0; i < threads; ++i)
-    workers.emplace_back([&, i] {
-      if (dAllocateODEDataForThread(dAllocateMaskAll)) work(i);
-      dCleanupODEAllDataForThread();
-    });
-  for (std::thread& worker : workers) worker.join();
+// What threads find that ask at once, each with a ball of its own at this place.
+template <class Ask>
+std::vector<std::size_t> foundBy(int threads, dReal x, dReal y, dReal z, Ask ask) {
+  std::vector<dGeomID> balls;
+  while (balls.size() < static_cast<std::size_t>(threads)) {
+    balls.push_back(dCreateSphere(nullptr, real(0.5)));
+    dGeomSetPosition(balls.back(), x, y, z);
+  }
+  std::vector<std::size_t> found(balls.size());
+  together(threads, [&](int i) { found[i] = ask(i, balls[i]); });
+  for (const dGeomID ball : balls) dGeomDestroy(ball);
+  return found;
 }
 
-// Another thread asks of a probe within the first callback.
-struct AskWithin {
-  dGeomID space, probe;
-  std::size_t found = 0;
-
-  static void call(void* data, dGeomID, dGeomID) {
-    AskWithin& own = *static_cast<AskWithin*>(data);
-    if (!own.found) together(1, [&](int) { own.found = collide2(own.space, own.probe).size(); });
-  }
-};
+std::size_t overlapsOf(dSpaceID space, dGeomID geom) {
+  dParallelSAPProbe probe = {geom, nullptr, 0};
+  return dParallelSAPSpaceOverlaps(space, &probe, 1, sizeof probe, 1, nullptr, nullptr);
+}
 
 }  // namespace
 
@@ -135,8 +107,8 @@ TEST_CASE(
         }));
     }
     Answers ask(int thread, std::uint64_t seed) const {
-      const dSpaceID asked = thread % 4 == 3 ? large : dSpaceID(space);
-      return ::ask(asked, {-5, 15, -5, 15, -5, 15}, seed + static_cast<std::uint64_t>(thread), 60);
+      return ::ask(thread % 4 == 3 ? large : dSpaceID(space),
+                   seed + static_cast<std::uint64_t>(thread));
     }
   };
   const std::uint64_t seed = seedOr(901);
@@ -154,19 +126,13 @@ TEST_CASE(
         if (frame % 3 == 1) dSpaceClean(each->space);
         if (frame % 3 == 2) collide(each->space);
       }
-      std::vector<Answers> owed(kThreads), got(kThreads);
-      for (int i = 0; i < kThreads; ++i)
-        owed[static_cast<std::size_t>(i)] = twin.ask(i, frame_seed);
-      together(kThreads,
-               [&](int i) { got[static_cast<std::size_t>(i)] = crowd.ask(i, frame_seed); });
+      Answers owed[kThreads], got[kThreads];
+      for (int i = 0; i < kThreads; ++i) owed[i] = twin.ask(i, frame_seed);
+      together(kThreads, [&](int i) { got[i] = crowd.ask(i, frame_seed); });
       std::size_t pairs = 0;
-      for (std::size_t i = 0; i < kThreads; ++i) {
-        for (const Pairs& each : owed[i].pairs) pairs += each.size();
-        // The hits of the twin are its own geoms.
-        for (std::vector<dParallelSAPRayHit>* hits : {&owed[i].hits, &got[i].hits})
-          for (dParallelSAPRayHit& hit : *hits)
-            if (hit.geom) hit.geom = reinterpret_cast<dGeomID>(number(hit.geom) + 1);
-        REQUIRE(difference(got[i], owed[i]) == "");
+      for (int i = 0; i < kThreads; ++i) {
+        pairs += owed[i].pairs;
+        REQUIRE((got[i].all == owed[i].all));
       }
       CHECK(pairs > 100);
     }
@@ -176,55 +142,40 @@ TEST_CASE(
 }
 
 TEST_CASE("All of many threads find a mesh that changed silently before they asked", "[guests]") {
-  // The same tetrahedron here and there.
-  const std::vector<dTriIndex> faces = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
-  const Mesh here({-1, -1, -1, 1, -1, -1, 0, 1, -1, 0, 0, 1}, faces),
-      there({49, -1, -1, 51, -1, -1, 50, 1, -1, 50, 0, 1}, faces);
+  const Mesh here = tetrahedron(), there = tetrahedron(50);
   for (dSpaceID (*const make)(dSpaceID) : {dSimpleSpaceCreate, dParallelSAPSpaceCreate}) {
     const Space space;
     const dSpaceID within = make(space);
     std::vector<dGeomID> meshes;
     for (int i = 0; i < 150; ++i) {
       meshes.push_back(here.create(i % 2 ? within : dSpaceID(space)));
-      dGeomSetPosition(meshes.back(), 0, static_cast<dReal>(4 * i), 0);
+      dGeomSetPosition(meshes.back(), 0, real(4 * i), 0);
     }
     for (int round = 0; round < scaled(60); ++round) {
       collide(space);
       const std::size_t changed = static_cast<std::size_t>(round) % meshes.size();
-      const dReal x = round % 2 ? 0 : 50, y = static_cast<dReal>(4 * changed);
+      const double x = round % 2 ? 0 : 50, y = 4 * static_cast<double>(changed);
       dGeomTriMeshSetData(meshes[changed], (x > 0 ? there : here).data());
       if (round % 3 == 0) {  // something is announced, too
         dSpaceRemove(within, meshes.back());
         dSpaceAdd(within, meshes.back());
       }
-      constexpr int kThreads = 6;
-      std::size_t found[kThreads] = {};
-      std::atomic<int> ready{0};
-      together(kThreads, [&](int i) {
-        const dGeomID ball = dCreateSphere(nullptr, dReal(0.5));
-        dGeomSetPosition(ball, x, y, 1);
-        const dParallelSAPRay ray = {{x, y, 5, 0}, {0, 0, -1, 0}, 10, 0, 0, nullptr};
-        dParallelSAPRayHit hit;
-        dParallelSAPProbe probe = {ball, nullptr, 0};
-        for (++ready; ready < kThreads;) std::this_thread::yield();
-        found[i] = i % 3 == 0   ? dParallelSAPSpaceRays(space, &ray, 1, 0, &hit)
-                   : i % 3 == 1 ? dParallelSAPSpaceOverlaps(space, &probe, 1, sizeof probe, 0,
-                                                            nullptr, nullptr)
-                                : !collide2(space, ball).empty();
-        dGeomDestroy(ball);
-      });
+      const Rays rays = {rayOf({x, y, 5}, {0, 0, -1}, 10)};
       CAPTURE(round);
-      for (const std::size_t each : found) REQUIRE(each == 1);
+      for (const std::size_t found : foundBy(6, real(x), real(y), 1, [&](int i, dGeomID ball) {
+             dParallelSAPRayHit hit;
+             return i % 3 == 0   ? dParallelSAPSpaceRays(space, rays.data(), 1, 0, &hit)
+                    : i % 3 == 1 ? overlapsOf(space, ball)
+                                 : std::size_t{!collide2(space, ball).empty()};
+           }))
+        REQUIRE(found == 1);
       dGeomTriMeshSetData(meshes[changed], here.data());
     }
   }
 }
 
 TEST_CASE("The first queries of a space and of one in it may come at once", "[guests]") {
-  // A tetrahedron that the ball touches, and the same one again.
-  const std::vector<dTriIndex> faces = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
-  const std::vector<float> corners = {-1, -1, -1, 1, -1, -1, 0, 1, -1, 0, 0, 1};
-  const Mesh mesh(corners, faces), same_mesh(corners, faces);
+  const Mesh mesh = tetrahedron(), same_mesh = tetrahedron();
   using Make = dSpaceID(dSpaceID);
   for (Make* const make : {static_cast<Make*>(nullptr), &dSimpleSpaceCreate, &dHashSpaceCreate})
     for (int round = 0; round < scaled(200); ++round) {
@@ -235,7 +186,7 @@ TEST_CASE("The first queries of a space and of one in it may come at once", "[gu
       for (const dSpaceID own : {dSpaceID(space), within, deepest})
         for (int i = 0; i < 60; ++i) {
           geoms.push_back(i % 2 ? mesh.create(own) : dCreateBox(own, 1, 1, 1));
-          dGeomSetPosition(geoms.back(), static_cast<dReal>(i < 2 ? 0 : 4 * i), 0, 0);
+          dGeomSetPosition(geoms.back(), real(i < 2 ? 0 : 4 * i), 0, 0);
         }
       if (round % 3 > 0) collide(space);
       for (const dGeomID geom : geoms)
@@ -244,20 +195,14 @@ TEST_CASE("The first queries of a space and of one in it may come at once", "[gu
         else if (round % 3 == 2 && dGeomGetClass(geom) == dTriMeshClass)
           dGeomTriMeshSetData(geom, same_mesh.data());
       if (round % 3 == 2) dSpaceClean(space);
-      constexpr int kThreads = 4;
-      std::size_t found[kThreads] = {};
-      std::atomic<int> ready{0};
       const Messages messages;
-      together(kThreads, [&](int i) {
-        const dGeomID ball = dCreateSphere(nullptr, dReal(0.5));
-        const dGeomID asked = asGeom(i % 2 ? within : dSpaceID(space));
-        for (++ready; ready < kThreads;) std::this_thread::yield();
-        found[i] = collide2(asked, ball).size();
-        dGeomDestroy(ball);
+      const auto found = foundBy(4, 0, 0, 0, [&](int i, dGeomID ball) {
+        return collide2(i % 2 ? within : dSpaceID(space), ball).size();
       });
       CAPTURE(round, make != nullptr);
       // The sub-space of the asked one is a geom more.
-      for (int i = 0; i < kThreads; ++i) REQUIRE(found[i] == (i % 2 && !make ? 4 : 3));
+      const std::size_t of_inner = make ? 3 : 4;
+      REQUIRE(found == std::vector<std::size_t>{3, of_inner, 3, of_inner});
       REQUIRE(messages.all().empty());
     }
 }
@@ -276,20 +221,12 @@ TEST_CASE("Another space may be asked about a geom that its own space brings up 
     const Space space, other;
     const dGeomID geom = createUserBox(space, {0, 1, 0, 1, 0, 1});
     (void)dCreateBox(other, 1, 1, 1);
-    std::size_t found[2] = {};
-    std::atomic<int> ready{0};
     const unsigned long before = userBoundsAsked();
-    together(3, [&](int i) {
-      const dGeomID ball = dCreateSphere(nullptr, dReal(0.5));
-      dParallelSAPProbe probe = {i == 1 ? geom : ball, nullptr, 0};
-      for (++ready; ready < 3;) std::this_thread::yield();
-      if (i == 0)
-        found[0] = collide2(space, ball).size();
-      else if (i == 1 && round % 2)
-        found[1] = collide2(other, geom).size();
-      else
-        dParallelSAPSpaceOverlaps(other, &probe, 1, sizeof probe, 1, nullptr, nullptr);
-      dGeomDestroy(ball);
+    const auto found = foundBy(3, 0, 0, 0, [&](int i, dGeomID ball) {
+      if (i == 0) return collide2(space, ball).size();
+      if (i == 1 && round % 2) return collide2(other, geom).size();
+      overlapsOf(other, i == 1 ? geom : ball);
+      return std::size_t{0};
     });
     CAPTURE(round);
     CHECK(found[0] == 1);
@@ -302,44 +239,36 @@ TEST_CASE("Another space may be asked about a geom that its own space brings up 
 
 TEST_CASE("Rays and probes of many threads may hit the same geom transforms", "[guests]") {
   const Space space;
-  constexpr int kGeoms = 3, kThreads = 6;
+  constexpr int kGeoms = 3;
   for (int i = 0; i < kGeoms; ++i) {
     const dGeomID carried = dCreateBox(nullptr, 1, 1, 1);
     dGeomSetPosition(carried, 0, 0, 5);
-    dGeomSetPosition(createTransform(space, carried), static_cast<dReal>(4 * i), 0, 0);
+    dGeomSetPosition(createTransform(space, carried), real(4 * i), 0, 0);
   }
-  std::atomic<int> wrong{0};
-  together(kThreads, [&](int) {
-    const dGeomID ball = dCreateSphere(nullptr, dReal(0.75));
-    for (int round = 0; round < scaled(2000); ++round) {
-      const dReal x = static_cast<dReal>(4 * (round % kGeoms));
-      const dParallelSAPRay ray = {{x, 0, 10, 0}, {0, 0, -1, 0}, 20, 0, 0, nullptr};
-      dParallelSAPRayHit hit;
-      dParallelSAPSpaceRays(space, &ray, 1, 0, &hit);
-      dGeomSetPosition(ball, x, 0, 6);
-      dParallelSAPProbe probe = {ball, nullptr, 0};
-      dParallelSAPSpaceOverlaps(space, &probe, 1, sizeof probe, 1, nullptr, nullptr);
-      wrong += !hit.geom || hit.distance != dReal(4.5) || probe.touched != 1;
-    }
-    dGeomDestroy(ball);
-  });
-  CHECK(wrong == 0);
+  for (const std::size_t wrong : foundBy(6, 0, 0, 0, [&](int, dGeomID ball) {
+         std::size_t wrong = 0;
+         for (int round = 0; round < scaled(2000); ++round) {
+           const double x = 4 * (round % kGeoms);
+           const Rays rays = {rayOf({x, 0, 10}, {0, 0, -1}, 20)};
+           const RayHits hits = nearestHits(space, rays, 0);
+           dGeomSetPosition(ball, real(x), 0, 6);
+           wrong += hits.empty() || hits[0].distance != real(4.5) || overlapsOf(space, ball) != 1;
+         }
+         return wrong;
+       }))
+    CHECK(wrong == 0);
 }
 
 TEST_CASE("Nobody misses threads that another calling thread has just begun to start", "[guests]") {
-  constexpr int kCalling = 4;
   const Messages messages;
+  const Rays rays(500, rayOf({0, 0, 5}, {0, 0, -1}, 10));
   for (int wanted = 3; wanted < 32; ++wanted) {
-    std::atomic<int> ready{0};
-    together(kCalling, [&](int) {
-      const Space space;
+    const Space spaces[4];
+    for (const Space& space : spaces) {
       dParallelSAPSpaceSetNumThreads(space, wanted);
       for (int i = 0; i < 20; ++i) dCreateSphere(space, 1);
-      std::vector<dParallelSAPRay> rays(500, {{0, 0, 5, 0}, {0, 0, -1, 0}, 10, 0, 0, nullptr});
-      std::vector<dParallelSAPRayHit> hits(rays.size());
-      for (++ready; ready < kCalling;) std::this_thread::yield();
-      dParallelSAPSpaceRays(space, rays.data(), rays.size(), 0, hits.data());
-    });
+    }
+    together(4, [&](int i) { nearestHits(spaces[i], rays, 0); });
   }
   CHECK(messages.all().empty());
 }
@@ -360,7 +289,7 @@ TEST_CASE("A geom may be several probes of a batch", "[guests]") {
   for (const std::size_t count : {64u, 512u}) {
     std::vector<dParallelSAPProbe> probes(count, {convex, nullptr, 0});
     for (int round = 0; round < scaled(100); ++round) {
-      dGeomSetPosition(convex, 0, static_cast<dReal>(0.001 * (round % 10)), 0);
+      dGeomSetPosition(convex, 0, real(0.001 * (round % 10)), 0);
       const std::size_t touched =
           dParallelSAPSpaceOverlaps(space, probes.data(), count, sizeof probes[0],
                                     dParallelSAPOverlapAny | 1, nullptr, nullptr);
@@ -375,19 +304,16 @@ TEST_CASE("A swept space and one in it may be asked at once about geoms of each 
           "[guests]") {
   for (int round = 0; round < scaled(100); ++round) {
     const Space space;
-    dParallelSAPSpaceSetSweptBounds(space, dReal(0.01));
+    dParallelSAPSpaceSetSweptBounds(space, real(0.01));
     const dSpaceID within = dParallelSAPSpaceCreate(space);
     for (int i = 0; i < 100; ++i)
       for (const dSpaceID each : {dSpaceID(space), within})
-        dGeomSetPosition(dCreateBox(each, 1, 1, 1), static_cast<dReal>(4 * i), 0, 0);
+        dGeomSetPosition(dCreateBox(each, 1, 1, 1), real(4 * i), 0, 0);
     const dGeomID own = dSpaceGetGeom(space, 1), inner = dSpaceGetGeom(within, 0);
     std::size_t found[2] = {};
-    std::atomic<int> ready{0};
     const Messages messages;
-    together(2, [&](int i) {
-      for (++ready; ready < 2;) std::this_thread::yield();
-      found[i] = (i ? collide2(asGeom(within), own) : collide2(asGeom(space), inner)).size();
-    });
+    together(
+        2, [&](int i) { found[i] = (i ? collide2(within, own) : collide2(space, inner)).size(); });
     CAPTURE(round);
     REQUIRE(messages.all().empty());
     for (const std::size_t each : found) REQUIRE(each > 0);
@@ -398,38 +324,75 @@ TEST_CASE("A thread may ask within a callback of a frame in which a sub-space ha
           "[guests]") {
   for (dSpaceID (*const make)(dSpaceID) : {dParallelSAPSpaceCreate, dSimpleSpaceCreate}) {
     const Space space;
-    World world(space);
-    world.addBoxes(onePlace(200, 1));
+    World world(space, onePlace(200, 1));
     const dGeomID within = dCreateBox(make(space), 1, 1, 1);
     const dGeomID probe = dCreateSphere(nullptr, 1000);
     const Messages messages;
     for (int frame = 1; frame < 4; ++frame) {
-      dGeomSetPosition(within, static_cast<dReal>(0.1 * frame), 0, 0);
-      AskWithin ask = {space.geom(), probe};
-      dSpaceCollide(space, &ask, AskWithin::call);
-      CHECK(ask.found == 201);
+      dGeomSetPosition(within, real(0.1 * frame), 0, 0);
+      std::size_t found = 0;  // within the first callback
+      collide(space, [&](dGeomID, dGeomID) {
+        if (!found) together(1, [&](int) { found = collide2(space, probe).size(); });
+      });
+      CHECK(found == 201);
     }
     CHECK(messages.all().empty());
     dGeomDestroy(probe);
   }
 }
 
+TEST_CASE("A thousand probes of a large space take a small part of dSimpleSpace's time",
+          "[queries]") {
+  const std::size_t n = 32000;
+  const Space space;
+  const dSpaceID simple = dSimpleSpaceCreate(nullptr);
+  {
+    World world(space, denseCube(n, 1)), twin(simple, denseCube(n, 1));
+    const dGeomID probe = dCreateBox(nullptr, 1, 1, 1);
+    const auto timeOf = [&](dSpaceID asked, int queries) {
+      const auto begin = std::chrono::steady_clock::now();
+      for (int i = 0; i < queries; ++i) {
+        dGeomSetPosition(probe, real(i % 30), real(i / 30 % 30), 10);
+        dSpaceCollide2(asGeom(asked), probe, nullptr, [](void*, dGeomID, dGeomID) {});
+      }
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() /
+             queries;
+    };
+    // Measured: 500 times quicker. Less is asked for, as the machine may be busy with other things.
+    timeOf(space, 100);
+    CHECK(timeOf(space, 1000) * 20 < timeOf(simple, 20));
+    dGeomDestroy(probe);
+  }
+  dSpaceDestroy(simple);
+}
+
+// ThreadSanitizer sees it if two threads write the box of one of them.
+TEST_CASE("Geoms that moved twice since the last query are found where they are", "[queries]") {
+  const Space space;
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  for (int i = 0; i < 4000; ++i) dGeomSetPosition(dCreateSphere(space, 1), real(3 * i), 0, 0);
+  const dGeomID probe = dCreateSphere(nullptr, 1);
+  for (int round = 0; round < 3; ++round) {
+    for (int i = 0; i < 40; ++i) CHECK(collide2(space, probe).size() == 1);
+    for (const dReal height : {dReal(0.01), dReal(0)}) {
+      for (int i = 0; i < 300; ++i)
+        dGeomSetPosition(dSpaceGetGeom(space, i), real(3 * i), height, 0);
+      dSpaceClean(space);
+    }
+  }
+  dGeomDestroy(probe);
+}
+
 #ifdef NDEBUG  // an assertion in debug builds
 TEST_CASE("A second thread that changes the space is reported once", "[guests]") {
   const Space space;
-  World world(space);
-  world.addBoxes(onePlace(200, 1));
+  World world(space, onePlace(200, 1));
   const auto probe = dCreateSphere(nullptr, 1000);
   const auto saysIt = [&](const std::function<void()>& change) {
     const Messages messages;
-    static const std::function<void()>* now;
-    static bool done;
-    now = &change;
-    done = false;
-    dSpaceCollide2(space.geom(), probe, nullptr, [](void*, dGeomID, dGeomID) {
-      if (done) return;
-      done = true;
-      together(1, [](int) { (*now)(); });
+    bool done = false;
+    collide2(space.geom(), probe, [&](dGeomID, dGeomID) {
+      if (!std::exchange(done, true)) together(1, [&](int) { change(); });
     });
     REQUIRE(done);
     int found = 0;

@@ -1,26 +1,13 @@
 // Rays alone: the hits of a loop over dCollide, however near to what rounding could hide.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <limits>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
-#include "support/knobs.h"
-#include "support/random.h"
 #include "support/ray_oracle.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
 namespace {
-
-constexpr dReal kInfinity = std::numeric_limits<dReal>::infinity();
 
 std::size_t hitsOf(const RayHits& hits) {
   return RayBatch::meeting({hits, {}});
@@ -76,33 +63,37 @@ TEST_CASE("Over heightfields the nearest of all hits counts, and none beside the
 
 namespace {
 
-// Shapes of like sizes around a place, turned anyhow.
-void populateRound(World& world, std::size_t n, double size, const double (&at)[3], double spread,
-                   Random& random) {
-  const auto real = [](double value) { return static_cast<dReal>(value); };
-  for (std::size_t i = 0; i < n; ++i) {
-    const double s = size * random.between(0.5, 2);
-    const dSpaceID space = world.space();
-    const std::size_t kind = random.below(4);
-    const dGeomID geom =
-        world.take(kind == 0   ? dCreateSphere(space, real(s))
-                   : kind == 1 ? dCreateBox(space, real(s), real(2 * s), real(s / 3))
-                   : kind == 2 ? dCreateCapsule(space, real(s / 3), real(s))
-                               : dCreateCylinder(space, real(s / 3), real(s)));
-    dMatrix3 turned;
-    dRFromEulerAngles(turned, real(random.between(-3, 3)), real(random.between(-3, 3)),
-                      real(random.between(-3, 3)));
-    // Also of so few digits as files have.
-    if (random.chance(0.3))
-      for (dReal& number : turned) number = static_cast<float>(number);
-    // And what is no rotation at all.
-    if (random.chance(0.05))
-      for (dReal& number : turned) number *= real(random.between(0.5, 2));
-    dGeomSetRotation(geom, turned);
-    dGeomSetPosition(geom, real(at[0] + spread * random.gauss()),
-                     real(at[1] + spread * random.gauss()), real(at[2] + spread * random.gauss()));
+// Shapes of like sizes around a place in a space, turned anyhow, and the chance that made them.
+struct RoundScene {
+  Space space;
+  World world{space};
+  Random random;
+
+  RoundScene(std::uint64_t seed, std::size_t n, double size, const double (&at)[3], double spread)
+      : random(seed) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const double s = size * random.between(0.5, 2);
+      const std::size_t kind = random.below(4);
+      const dGeomID geom =
+          world.take(kind == 0   ? dCreateSphere(space, real(s))
+                     : kind == 1 ? dCreateBox(space, real(s), real(2 * s), real(s / 3))
+                     : kind == 2 ? dCreateCapsule(space, real(s / 3), real(s))
+                                 : dCreateCylinder(space, real(s / 3), real(s)));
+      dMatrix3 turned;
+      const auto angle = [&] { return real(random.between(-3, 3)); };
+      dRFromEulerAngles(turned, angle(), angle(), angle());
+      // Also of so few digits as files have.
+      if (random.chance(0.3))
+        for (dReal& number : turned) number = static_cast<float>(number);
+      // And what is no rotation at all.
+      if (random.chance(0.05))
+        for (dReal& number : turned) number *= real(random.between(0.5, 2));
+      dGeomSetRotation(geom, turned);
+      const auto place = [&](int axis) { return real(at[axis] + spread * random.gauss()); };
+      dGeomSetPosition(geom, place(0), place(1), place(2));
+    }
   }
-}
+};
 
 // At the rim of a sphere or the round side of what is about as thick, from far away: where rounding
 // decides.
@@ -128,18 +119,6 @@ dParallelSAPRay grazing(dGeomID geom, double size, Random& random) {
         at[axis] + aside[axis] / std::sqrt(length) * off - along[axis] / std::sqrt(square) * far;
   return rayOf(from, along, far * random.between(0.9, 2));
 }
-
-// That many shapes of like sizes in a space, and the chance that made them.
-struct RoundScene {
-  Space space;
-  World world{space};
-  Random random;
-
-  RoundScene(std::uint64_t seed, std::size_t n, double size, const double (&at)[3], double spread)
-      : random(seed) {
-    populateRound(world, n, size, at, spread, random);
-  }
-};
 
 }  // namespace
 
@@ -186,8 +165,7 @@ TEST_CASE("Rays that graze their geoms from far away hit what rounding lets dCol
 TEST_CASE("A kept box whose matrix is a rotation no more is hit where its collider hits it",
           "[rays]") {
   const Space space;
-  World world(space);
-  world.addBoxes(denseCube(300, 1));
+  World world(space, denseCube(300, 1));
   const dGeomID box = world.geoms()[7];
   const dReal* const at = dGeomGetPosition(box);
   // Past its AABB by more than errors of rounding.
@@ -202,7 +180,7 @@ TEST_CASE("Rays in scenes of any size and place hit what a loop over dCollide hi
   const std::uint64_t seed = seedOr(431);
   for (const double size : {1e-310, 1e-160, 1e-40, 1e-6, 1e6, 1e14, 1e20, 1e40, 1e100})
     for (const double away : {0.0, 1e6, 1e16}) {
-      if (static_cast<dReal>(size) == 0 || static_cast<dReal>(size * 1e6) == kInfinity) continue;
+      if (real(size) == 0 || real(size * 1e6) == kInfinity) continue;
       RoundScene scene(seed, 150, size, {size * away, 0, -size * away}, 5 * size);
       auto& [space, world, random] = scene;
       const Rays rays = raysAt(world.geoms(), 200, random);
@@ -214,12 +192,11 @@ TEST_CASE("Rays in scenes of any size and place hit what a loop over dCollide hi
 TEST_CASE("Rays through a large space within the space leave it its tree", "[rays]") {
   const Space space;
   const dSpaceID large = dParallelSAPSpaceCreate(space);
-  for (int i = 0; i < 400; ++i)
-    dGeomSetPosition(dCreateSphere(large, 1), static_cast<dReal>(i), 0, 0);
+  for (int i = 0; i < 400; ++i) dGeomSetPosition(dCreateSphere(large, 1), real(i), 0, 0);
   const Rays rays(20, rayOf({30, 0, 5}, {0, 0, -1}, 10));
   for (int frame = 0; frame < 4; ++frame) {
     REQUIRE(hitsOf(nearestHits(space, rays, 0)) == rays.size());
-    dGeomSetPosition(dSpaceGetGeom(large, 7), 7, static_cast<dReal>(0.1 * frame), 0);
+    dGeomSetPosition(dSpaceGetGeom(large, 7), 7, real(0.1 * frame), 0);
     collide(large);
     CHECK((statsOf(large).kept > 0) == (frame > 0));
   }
@@ -250,8 +227,7 @@ TEST_CASE(
 TEST_CASE("A ray of infinite length hits what a long one hits", "[rays]") {
   for (const std::size_t n : {1, 1000}) {
     const Space space;
-    World world(space);
-    world.addBoxes(denseCube(n, 5));
+    World world(space, denseCube(n, 5));
     Rays endless, long_ones;
     Random random(seedOr(461));
     for (int i = 0; i < 60; ++i) {
@@ -280,7 +256,7 @@ TEST_CASE("Few colliders are asked for the nearest hit of a ray among many geoms
   const Space space;
   World world(space);
   for (int i = 0; i < 20000; ++i)
-    dGeomSetPosition(world.take(dCreateSphere(space, 1)), static_cast<dReal>(3 * i), 0, 0);
+    dGeomSetPosition(world.take(dCreateSphere(space, 1)), real(3 * i), 0, 0);
   dParallelSAPSpaceSetNumThreads(space, 1);
   const Rays rays(2000, rayOf({-5, 0, 0}, {1, 0, 0}, 1e6));
   REQUIRE(hitsOf(nearestHits(space, rays, 0)) == rays.size());
