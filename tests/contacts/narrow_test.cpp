@@ -1,18 +1,9 @@
 // dParallelSAPSpaceCollideContacts gives what a serial loop over dCollide gives.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
 #include <cstdlib>
 #include <set>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 #include "support/user_box.h"
 
 using namespace sap_test;
@@ -179,37 +170,4 @@ TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide al
   }
   dCleanupODEAllDataForThread();
   dCloseODE();
-}
-
-TEST_CASE("Wrong arguments for contacts are assertions", "[narrow]") {
-  const Space space;
-  const dParallelSAPContactCallbacks none = {nullptr, nullptr, nullptr, nullptr};
-  CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, nullptr, 8, &none), OdeAssertion);
-  CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, nullptr, 8, nullptr), OdeAssertion);
-  CHECK_THROWS_AS(dParallelSAPAddPair(nullptr, nullptr, nullptr), OdeAssertion);
-  // Flags for no contact, and such as there are none.
-  for (const std::size_t n : {2, 1000}) {
-    World world(space);
-    world.addBoxes(onePlace(2, 1));
-    world.addBoxes(denseCube(n, 1));
-    const auto refuses = [&](int flags, dParallelSAPFlagsCallback* callback) {
-      const dParallelSAPContactCallbacks with = {recordContacts, callback, nullptr, nullptr};
-      Contacts contacts;
-      try {
-        dParallelSAPSpaceCollideContacts(space, &contacts, flags, &with);
-      } catch (const OdeAssertion& assertion) {
-        return std::string(assertion.what()).find("in dParallelSAPSpaceCollideContacts()") !=
-               std::string::npos;
-      }
-      return false;
-    };
-    CAPTURE(n);
-    CHECK(refuses(0, nullptr));
-    CHECK(refuses(static_cast<int>(CONTACTS_UNIMPORTANT), nullptr));
-    CHECK(refuses(-1, nullptr));
-    CHECK(refuses(8, [](void*, dGeomID, dGeomID) { return -1; }));
-    CHECK_FALSE(refuses(0, [](void*, dGeomID, dGeomID) { return 0; }));
-    CHECK_FALSE(
-        refuses(0, [](void*, dGeomID, dGeomID) { return 8 | dParallelSAPOnCallingThread; }));
-  }
 }

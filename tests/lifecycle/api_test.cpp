@@ -1,22 +1,11 @@
 // Settings, statistics, wrong arguments.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
 #include <array>
 #include <cstddef>
 #include <cstring>
 #include <functional>
-#include <limits>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
-#include "support/ode_errors.h"
-#include "support/oracle.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 #include "support/variable.h"
 
 using namespace sap_test;
@@ -33,8 +22,6 @@ struct Setting {
 #define SETTING(name) #name, dParallelSAPSpaceSet##name, dParallelSAPSpaceGet##name
 const std::vector<std::pair<dReal, dReal>> kSwitch = {{1, 1}, {7, 1}, {0, 0}};
 const dReal kMost = std::numeric_limits<dReal>::max();
-const dReal kInfinity = std::numeric_limits<dReal>::infinity();
-const dReal kNaN = std::numeric_limits<dReal>::quiet_NaN();
 const std::vector<std::pair<dReal, dReal>> kDistance = {
     {dReal(0.25), dReal(0.25)}, {kMost, kMost}, {0, 0}};
 // Backend and Method answer whether they were taken: tested on their own.
@@ -116,8 +103,7 @@ TEST_CASE("A back end or method is taken with 1, or refused with 0 and nothing c
 TEST_CASE("Statistics fill the struct that the program was compiled with, whatever its size",
           "[api]") {
   const Space space;
-  World world(space);
-  world.addBoxes(denseCube(300, 1));
+  World world(space, denseCube(300, 1));
   collide(space);
   const dParallelSAPStats now = statsOf(space);
   const auto bytesOf = [](const dParallelSAPStats& stats) {
@@ -240,8 +226,7 @@ TEST_CASE("Axis lists that would not fit give way to the sweep, with one message
   const Variable limit("ODE_PARALLEL_SAP_AXIS_LISTS_MB", "1");
   const Space space;
   REQUIRE(dParallelSAPSpaceSetMethod(space, dParallelSAPMethodAxisLists) == 1);
-  World world(space);
-  world.addBoxes(denseCube(600, 1));  // some 40,000 pairs an axis
+  World world(space, denseCube(600, 1));  // some 40,000 pairs an axis
   const Messages messages;
   CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
   CHECK(statsOf(space).method == dParallelSAPMethodAxisLists);
@@ -365,6 +350,30 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
     namesIt("dParallelSAPKeepSpread", [&] { dParallelSAPKeepSpread(contacts, count, most); });
   }
   dGeomDestroy(ball);
+  // Flags for no contact, and such as there are none, in a small scene and a large one.
+  const auto noFlags = [](void*, dGeomID, dGeomID) { return 0; };
+  const auto wrongFlags = [](void*, dGeomID, dGeomID) { return -1; };
+  const dParallelSAPContactCallbacks none = {}, plain = {recordContacts, nullptr, nullptr, nullptr},
+                                     without_flags = {recordContacts, noFlags, nullptr, nullptr},
+                                     with_wrong = {recordContacts, wrongFlags, nullptr, nullptr};
+  Contacts contacts;
+  const auto collideWith = [&](const dParallelSAPContactCallbacks* callbacks, int flags) {
+    dParallelSAPSpaceCollideContacts(space, &contacts, flags, callbacks);
+  };
+  for (const std::size_t n : {2, 1000}) {
+    World world(space, onePlace(2, 1));
+    world.addBoxes(denseCube(n, 1));
+    CAPTURE(n);
+    const auto refuses = [&](const dParallelSAPContactCallbacks* callbacks, int flags) {
+      namesIt("dParallelSAPSpaceCollideContacts", [&] { collideWith(callbacks, flags); });
+    };
+    refuses(nullptr, 8);
+    refuses(&none, 8);
+    for (const int flags : {0, static_cast<int>(CONTACTS_UNIMPORTANT), -1}) refuses(&plain, flags);
+    refuses(&with_wrong, 8);
+    collideWith(&without_flags, 0);
+  }
+  CHECK_THROWS_AS(dParallelSAPAddPair(nullptr, nullptr, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dSpaceIsParallelSAP(nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceGetStats(space, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceIsFast(space, nullptr), OdeAssertion);

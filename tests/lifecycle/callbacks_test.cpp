@@ -1,15 +1,6 @@
 // Callbacks that destroy, remove, add and move geoms of the space that calls them.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <vector>
-
 #include "fuzz/driver.h"
-#include "support/bounds.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/recorder.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
@@ -53,51 +44,42 @@ TEST_CASE("The same holds after callbacks were left by longjmp", "[callbacks]") 
 TEST_CASE("Threads look up the geoms of many pairs in parts, between which geoms leave",
           "[callbacks][long]") {
   constexpr std::size_t geoms = (1 << 18) + 100, reach = 5, least_part = 1 << 20;
-  struct Report {
-    std::vector<dGeomID> spheres;
-    std::size_t earlier = 0, distance = 0, pairs = 0, wrong = 0, destroyed_at = 0, destroyed = 0;
-
-    // Goes on to the next pair of those that are still there.
-    void next() {
-      do {
-        if (++distance > reach) {
-          ++earlier;
-          distance = 1;
-        }
-      } while (earlier < geoms &&
-               (earlier + distance >= geoms || !spheres[earlier] || !spheres[earlier + distance]));
-    }
-  } report;
-  const Space space;
-  dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+  const Space space(on_cpu);
   dParallelSAPSpaceSetNumThreads(space, 8);
+  std::vector<dGeomID> spheres;
   for (std::size_t i = 0; i < geoms; ++i) {
-    report.spheres.push_back(dCreateSphere(space, real(reach * 0.5 + 0.1)));
-    dGeomSetPosition(report.spheres[i], real(i), 0, 0);
+    spheres.push_back(dCreateSphere(space, real(reach * 0.5 + 0.1)));
+    dGeomSetPosition(spheres[i], real(i), 0, 0);
   }
+  std::size_t pairs = 0, destroyed = 0;
   for (const std::size_t at : {std::size_t{0}, least_part + 1000, std::size_t{70000}}) {
     INFO("geoms leave at pair " << at);
-    report.earlier = report.distance = report.pairs = 0;
-    report.next();
-    report.destroyed_at = at;
-    dSpaceCollide(space, &report, [](void* data, dGeomID o1, dGeomID o2) {
-      Report& self = *static_cast<Report*>(data);
-      self.wrong +=
-          o1 != self.spheres[self.earlier] || o2 != self.spheres[self.earlier + self.distance];
-      if (++self.pairs == self.destroyed_at)
-        for (dGeomID* geom : {&self.spheres[self.earlier + 2], &self.spheres[geoms - 3]})
+    std::size_t earlier = 0, distance = 0, wrong = 0;
+    // Goes on to the next pair of those that are still there.
+    const auto next = [&] {
+      do {
+        earlier += distance == reach;
+        distance = distance % reach + 1;
+      } while (earlier < geoms &&
+               (earlier + distance >= geoms || !spheres[earlier] || !spheres[earlier + distance]));
+    };
+    pairs = 0;
+    next();
+    collide(space, [&](dGeomID o1, dGeomID o2) {
+      wrong += o1 != spheres[earlier] || o2 != spheres[earlier + distance];
+      if (++pairs == at)
+        for (dGeomID* geom : {&spheres[earlier + 2], &spheres[geoms - 3]})
           if (*geom) {
-            dGeomDestroy(*geom);
-            *geom = nullptr;
-            ++self.destroyed;
+            dGeomDestroy(std::exchange(*geom, nullptr));
+            ++destroyed;
           }
-      self.next();
+      next();
     });
-    CHECK(report.earlier == geoms);
-    CHECK(report.wrong == 0);
+    CHECK(earlier == geoms);
+    CHECK(wrong == 0);
   }
-  CHECK(report.pairs > least_part);
-  CHECK(report.destroyed == 3);
+  CHECK(pairs > least_part);
+  CHECK(destroyed == 3);
 }
 
 TEST_CASE("dHashSpaceSetLevels on this space changes none of its settings, without assertions too",

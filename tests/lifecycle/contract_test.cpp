@@ -1,39 +1,16 @@
 // The callback's rights and duties; sub-spaces, empty ones too.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <functional>
-#include <string>
 #include <thread>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
+#include "support/calls.h"
 #include "support/floating_point.h"
-#include "support/ode_errors.h"
-#include "support/oracle.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
 namespace {
-
-enum Way { kNear, kQuery, kBlocks };
-
-// What a space reports to a callback from a lambda, of a block its first pair.
-template <typename Function>
-void collideBy(Way way, dSpaceID space, dGeomID with, Function function) {
-  const auto call = [](void* data, dGeomID a, dGeomID b) { (*static_cast<Function*>(data))(a, b); };
-  const auto block = [](void* data, const dParallelSAPPair* pairs, std::size_t, std::size_t) {
-    (*static_cast<Function*>(data))(pairs->o1, pairs->o2);
-  };
-  if (way == kNear) dSpaceCollide(space, &function, call);
-  if (way == kQuery) dSpaceCollide2(asGeom(space), with, &function, call);
-  if (way == kBlocks)
-    dParallelSAPSpaceCollidePairs(space, &function, dParallelSAPPairsConcurrent, block);
-}
 
 struct Stop {};
 
@@ -44,27 +21,25 @@ TEST_CASE("The callback runs on the calling thread, in the program's mode, in a 
   for (const Configuration& configuration : configurations()) {
     for (const std::size_t n : kSceneSizes) {
       const Space space(configuration), other(configuration);
-      World world(space), world_of_other(other);
-      world.addBoxes(denseCube(n, 2));
-      world_of_other.addBoxes(denseCube(n, 3));
+      World world(space, denseCube(n, 2)), world_of_other(other, denseCube(n, 3));
       const dGeomID loose = dCreateSphere(nullptr, 1), probe = dCreateSphere(nullptr, 100);
       const dGeomID inside = world.geoms()[0];
       const std::thread::id here = std::this_thread::get_id();
-      for (const Way way : {kNear, kQuery, kBlocks}) {
-        INFO(configuration.name << ", " << n << " geoms, way " << way);
-        dParallelSAPSpaceSetNumThreads(space, way == kBlocks ? 1 : 3);
+      for (const Call call : {kNear, kQuery, kSharedBlocks}) {
+        INFO(configuration.name << ", " << n << " geoms, call " << call);
+        dParallelSAPSpaceSetNumThreads(space, call == kSharedBlocks ? 1 : 3);
         // Only where an ODE has no assertions may callbacks change the space, but for blocks.
-        const bool is_locked = odeHasAssertions() || way == kBlocks;
+        const bool is_locked = odeHasAssertions() || call == kSharedBlocks;
         std::size_t calls = 0, elsewhere = 0, other_mode = 0;
         std::vector<std::string> said;
-        const auto forbidden = [&](auto call) {
+        const auto forbidden = [&](auto change) {
           try {
-            call();
+            change();
           } catch (const OdeAssertion& assertion) {
             said.push_back(assertion.what());
           }
         };
-        const auto look = [&](dGeomID, dGeomID) {
+        auto look = [&](auto...) {
           elsewhere += std::this_thread::get_id() != here;
           other_mode += FloatingPointMode::current() != FloatingPointMode::kFlushing;
           if (calls++) return;
@@ -76,9 +51,9 @@ TEST_CASE("The callback runs on the calling thread, in the program's mode, in a 
         };
         {
           const FloatingPointMode flushing(FloatingPointMode::kFlushing);
-          collideBy(way, space, probe, look);
+          report(call, space, {probe}, look);
         }
-        CHECK(calls > (way == kQuery ? n - 1 : 0));
+        CHECK(calls > (call == kQuery ? n - 1 : 0));
         CHECK(elsewhere == 0);
         CHECK(other_mode == 0);
         REQUIRE(said.size() == (odeHasAssertions() ? 3 : is_locked ? 2 : 0));
@@ -91,10 +66,10 @@ TEST_CASE("The callback runs on the calling thread, in the program's mode, in a 
         dGeomSetPosition(inside, 1, 2, 3);
         CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
         CHECK(difference(collide(other), expectedPairs(world_of_other.geoms())) == "");
-        const auto stop = [&](dGeomID a, dGeomID) {
-          collideBy(kQuery, space, a, [](dGeomID, dGeomID) { throw Stop(); });
+        auto stop = [&](auto...) {
+          collide2(asGeom(space), probe, [](dGeomID, dGeomID) { throw Stop(); });
         };
-        CHECK_THROWS_AS(collideBy(way, space, probe, stop), Stop);
+        CHECK_THROWS_AS(report(call, space, {probe}, stop), Stop);
         dSpaceAdd(space, loose);
         dSpaceRemove(space, loose);
       }
@@ -107,8 +82,7 @@ TEST_CASE("The callback runs on the calling thread, in the program's mode, in a 
 #ifndef NDEBUG
 TEST_CASE("Two threads in one space at once are an assertion in debug builds", "[contract]") {
   const Space space;
-  World world(space);
-  world.addBoxes(onePlace(2, 1));
+  World world(space, onePlace(2, 1));
   std::atomic<int> found{0};
   const auto onItsOwn = [&](const std::function<void()>& call) {
     return std::thread([&found, call] {
@@ -122,7 +96,7 @@ TEST_CASE("Two threads in one space at once are an assertion in debug builds", "
       dCleanupODEAllDataForThread();
     });
   };
-  collideBy(kNear, space, nullptr, [&](dGeomID, dGeomID) {
+  collide(space, [&](dGeomID, dGeomID) {
     onItsOwn([&] { collide(space); }).join();
     collide(space);  // the same thread may
   });

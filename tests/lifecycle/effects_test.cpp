@@ -1,24 +1,17 @@
 // What the header says that a setting does or a statistic tells, by its effect.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <ctime>
 #include <thread>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/ode_errors.h"
+#include "support/calls.h"
 #include "support/ray_oracle.h"
-#include "support/recorder.h"
 #include "support/sanitizers.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 #include "support/user_box.h"
 #include "support/variable.h"
 
@@ -45,10 +38,8 @@ void collideAsleep(dSpaceID space) {
 TEST_CASE("The times of the stages are those of what was done in them", "[effects]") {
   for (const std::size_t n : {20, 3000}) {
     const bool is_small = n < 100;
-    const Space space;
-    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    World world(space);
-    world.addBoxes(denseCube(n, 1));
+    const Space space(on_cpu);
+    World world(space, denseCube(n, 1));
     (void)statsOf(space);  // from now on small scenes are timed
     INFO(n << " geoms");
 
@@ -129,8 +120,7 @@ TEST_CASE("The times of the stages are those of what was done in them", "[effect
 TEST_CASE("Small scenes are timed once statistics were asked for, in every sixteenth frame",
           "[effects]") {
   const Space space;
-  World world(space);
-  world.addBoxes(denseCube(60, 2));
+  World world(space, denseCube(60, 2));
   for (int frame = 0; frame < 20; ++frame) (void)collide(space);
   CHECK(statsOf(space).total_ms == 0);
   double last = 0;
@@ -174,49 +164,6 @@ int lookAndPass(dGeomID, dGeomID, dReal*) {
   return 1;
 }
 
-// A callback of any kind.
-template <class... Report>
-void report(void*, Report...) {
-  witness->reporting = true;
-}
-
-const struct {
-  const char* name;
-  void (*make)(dSpaceID space, dGeomID probe);
-} kReportingCalls[] = {
-    {"dSpaceCollide", [](dSpaceID space, dGeomID) { dSpaceCollide(space, nullptr, report); }},
-    {"dSpaceCollide2",
-     [](dSpaceID space, dGeomID probe) { dSpaceCollide2(asGeom(space), probe, nullptr, report); }},
-    {"dParallelSAPSpaceCollidePairs",
-     [](dSpaceID space, dGeomID) { dParallelSAPSpaceCollidePairs(space, nullptr, 0, report); }},
-    {"dParallelSAPSpaceCollidePairs, concurrent",
-     [](dSpaceID space, dGeomID) {
-       dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, report);
-     }},
-    {"dParallelSAPSpaceCollideContacts",
-     [](dSpaceID space, dGeomID) {
-       const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(report);
-       dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
-     }},
-    {"dParallelSAPSpaceOverlaps",
-     [](dSpaceID space, dGeomID probe) {
-       std::vector<dParallelSAPProbe> probes;
-       const Space others;
-       for (int i = 0; i < 100; ++i) probes.push_back({dCreateSphere(others, 9), nullptr, 0});
-       probes.push_back({probe, nullptr, 0});
-       dGeomSetPosition(probe, 0, 0, 0);  // its AABB is asked for
-       dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], 1, nullptr,
-                                 report);
-     }},
-    {"dParallelSAPSpaceRayHits",
-     [](dSpaceID space, dGeomID) {
-       // At the middle of a box.
-       const dReal* const at = dGeomGetPosition(dSpaceGetGeom(space, 0));
-       const Rays rays(300, rayOf({at[0] - 50, at[1], at[2]}, {1, 0, 0}, 1e3));
-       dParallelSAPSpaceRayHits(space, rays.data(), rays.size(), 0, nullptr, report);
-     }},
-};
-
 }  // namespace
 
 TEST_CASE("Functions of user classes run on the calling thread, locked, before any report",
@@ -231,26 +178,33 @@ TEST_CASE("Functions of user classes run on the calling thread, locked, before a
         if (world.geoms().size() % 4 == 0)
           world.addBox(box);
         else
-          world.take(
-              createUserBox(space,
-                            {static_cast<dReal>(box.low[0]), static_cast<dReal>(box.high[0]),
-                             static_cast<dReal>(box.low[1]), static_cast<dReal>(box.high[1]),
-                             static_cast<dReal>(box.low[2]), static_cast<dReal>(box.high[2])},
-                            false, lookAndPass));
+          world.take(createUserBox(space,
+                                   {real(box.low[0]), real(box.high[0]), real(box.low[1]),
+                                    real(box.high[1]), real(box.low[2]), real(box.high[2])},
+                                   false, lookAndPass));
       const dGeomID probe = createUserBox(nullptr, {-9, 99, -9, 99, -9, 99}, false, lookAndPass);
-      for (const auto& call : kReportingCalls) {
-        world.jitter(0, 1);  // all are to be asked for their bounds
+      const Space others;
+      // At the middle of a box.
+      const dReal* const at = dGeomGetPosition(world.geoms()[0]);
+      const dParallelSAPRay ray = rayOf({at[0] - 50, at[1], at[2]}, {1, 0, 0}, 1e3);
+      const dGeomID ball = dCreateSphere(others, 9);
+      for (int i = 0; i <= kCalls; ++i) {  // at last the probe, which has no collider
+        const dGeomID geom = i == kOverlaps ? ball : probe;
+        world.jitter(0, 1);               // all are to be asked for their bounds
+        dGeomSetPosition(geom, 0, 0, 0);  // likewise
         Witness seen;
         seen.thread = std::this_thread::get_id();
         seen.inside = world.geoms()[0];
         witness = &seen;
         setUserBoundsObserver([] { witness->look(); });
-        call.make(space, probe);
+        auto reported = [&](auto...) { seen.reporting = true; };
+        report(i < kCalls ? static_cast<Call>(i) : kOverlaps, space,
+               {geom, ray, i < kCalls ? 300u : 3u}, reported);
         setUserBoundsObserver(nullptr);
         witness = nullptr;
-        INFO(configuration.name << ", " << n << " geoms, " << call.name);
+        INFO(configuration.name << ", " << n << " geoms, call " << i);
         CHECK(seen.calls > n);
-        CHECK(seen.reporting);
+        CHECK(seen.reporting == (i < kCalls));
         CHECK(seen.elsewhere == 0);
         CHECK(seen.unlocked == 0);
         CHECK(seen.late == 0);
@@ -264,12 +218,10 @@ TEST_CASE(
     "[effects]") {
   for (const int method : {dParallelSAPMethodAuto, dParallelSAPMethodSweep})
     for (const std::size_t n : {3, 100, 180, 220, 1000, 4000}) {
-      const Space space;
-      dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+      const Space space(on_cpu);
       dParallelSAPSpaceSetMethod(space, method);
       dParallelSAPSpaceSetNumThreads(space, 7);
-      World world(space);
-      world.addBoxes(denseCube(n, 6));
+      World world(space, denseCube(n, 6));
       (void)collide(space);
       INFO(n << " geoms");
       const bool tests_all = method == dParallelSAPMethodAuto && n < 200;
@@ -282,10 +234,8 @@ TEST_CASE(
 TEST_CASE("Auto is brute force for up to 500 geoms while all of them are in one place",
           "[effects]") {
   for (const std::size_t n : {220, 500, 520}) {
-    const Space space;
-    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    World world(space);
-    world.addBoxes(onePlace(n, 6));
+    const Space space(on_cpu);
+    World world(space, onePlace(n, 6));
     const auto methodAt = [&](double x, double distance) {
       for (std::size_t i = 0; i < n; ++i)
         dGeomSetPosition(world.geoms()[i], (i % 2 ? x : -x) + distance * static_cast<double>(i), 0,
@@ -307,12 +257,10 @@ TEST_CASE("A number of threads that is not set is OpenMP's", "[effects]") {
   const char* const threads = std::getenv("OMP_NUM_THREADS");  // CTest runs this with 1 and with 2
   if (!threads) return;
   const Variable tested("ODE_PARALLEL_SAP_TEST_GRAIN", "1");  // on a busy host, too
-  const Space space;
-  dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+  const Space space(on_cpu);
   dParallelSAPSpaceSetMethod(space, dParallelSAPMethodSweep);
   REQUIRE(dParallelSAPSpaceGetNumThreads(space) == 0);
-  World world(space);
-  world.addBoxes(denseCube(50000, 7));
+  World world(space, denseCube(50000, 7));
   int most = 0;
   for (int frame = 0; frame < 3; ++frame) {
     world.jitter(1, 7);
@@ -326,8 +274,7 @@ TEST_CASE("A number of threads that is not set is OpenMP's", "[effects]") {
 TEST_CASE("After a fork the child goes on alone, whatever number of threads is set", "[effects]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 2);
-  World world(space);
-  world.addBoxes(denseCube(20000, 8));
+  World world(space, denseCube(20000, 8));
   const Pairs pairs = collide(space);
   CHECK(statsOf(space).threads == 2);
   const pid_t child = fork();
@@ -338,8 +285,7 @@ TEST_CASE("After a fork the child goes on alone, whatever number of threads is s
     const bool alone = statsOf(space).threads == 1;
     Space other;
     dParallelSAPSpaceSetNumThreads(other, 3);
-    World fresh(other);
-    fresh.addBoxes(denseCube(20000, 8));
+    World fresh(other, denseCube(20000, 8));
     const bool same = collide(other).size() == pairs.size();
     for (const dGeomID geom : world.geoms()) dGeomDisable(geom);
     const bool other_pairs = !moved.empty() && moved != pairs;
@@ -355,18 +301,11 @@ TEST_CASE("After a fork the child goes on alone, whatever number of threads is s
 
 namespace {
 
-void descend(void* pairs, dGeomID a, dGeomID b) {
-  if (dGeomIsSpace(a) || dGeomIsSpace(b))
-    dSpaceCollide2(a, b, pairs, descend);
-  else
-    ++*static_cast<int*>(pairs);
-}
-
 // Spaces in `space`, `wide` in each, down to `deep` levels; geoms of the lowest.
 void nest(dSpaceID space, int wide, int deep, std::vector<dGeomID>& geoms) {
   if (deep == 0) {
     geoms.push_back(dCreateSphere(space, dReal(0.1)));
-    dGeomSetPosition(geoms.back(), static_cast<dReal>(geoms.size()), 0, 0);
+    dGeomSetPosition(geoms.back(), real(geoms.size()), 0, 0);
     return;
   }
   for (int i = 0; i < wide; ++i) nest(dParallelSAPSpaceCreate(space), wide, deep - 1, geoms);
@@ -378,12 +317,13 @@ double pathTime(int wide, int deep) {
   std::vector<dGeomID> geoms;
   nest(top, wide, deep, geoms);
   double least = 1e9;
-  for (int frame = 0, pairs = 0; frame < 100; ++frame) {
+  Pairs pairs;
+  for (int frame = 0; frame < 100; ++frame) {
     const dGeomID geom = geoms[geoms.size() / 2];
     dGeomSetPosition(geom, dGeomGetPosition(geom)[0], frame % 2 ? 1 : 0, 0);
     timespec begin, end;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &begin);
-    dSpaceCollide(top, &pairs, descend);
+    dSpaceCollide(top, &pairs, recordWithin);
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
     least = std::min(least, static_cast<double>(end.tv_sec - begin.tv_sec) +
                                 1e-9 * static_cast<double>(end.tv_nsec - begin.tv_nsec));

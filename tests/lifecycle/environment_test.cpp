@@ -1,23 +1,12 @@
 // The environment variables that stand for settings.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
-#include "support/ode_errors.h"
 #include "support/overlap_oracle.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 #include "support/variable.h"
 
 using namespace sap_test;
@@ -84,8 +73,7 @@ TEST_CASE("The environment sets the defaults of new spaces only", "[environment]
   // Not only the getter knows, and a program that sets something has the last word.
   const Variable variable("ODE_PARALLEL_SAP_SKIP_STATIC", "1");
   const Space space;
-  World world(space);
-  world.addBoxes(denseCube(300, 3));
+  World world(space, denseCube(300, 3));
   CHECK(collide(space).empty());
   dParallelSAPSpaceSetSkipStatic(space, 0);
   CHECK(!collide(space).empty());
@@ -171,8 +159,7 @@ std::string instructionSetInUse() {
   const Messages messages;
   {
     const Space space;
-    World world(space);
-    world.addBoxes(denseCube(200, 1));
+    World world(space, denseCube(200, 1));
     collide(space);
   }
   REQUIRE(!messages.all().empty());  // what would have saved time may follow
@@ -218,8 +205,7 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends"
     const Messages messages;
     {
       const Space space;
-      World world(space);
-      world.addBoxes(denseCube(n, 1));
+      World world(space, denseCube(n, 1));
       collide(space);
       of_pairs = statsOf(space);
       (void)parallelContacts(space, 4);
@@ -269,8 +255,7 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells what queries and rays took in a space 
   const Messages messages;
   {
     const Space space;
-    World world(space);
-    world.addBoxes(denseCube(300, 1));
+    World world(space, denseCube(300, 1));
     const dGeomID probe = dCreateSphere(nullptr, 5);
     for (int i = 0; i < 7; ++i) collide2(space, probe);
     dGeomDestroy(probe);
@@ -305,8 +290,7 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 names the batches that many dSpaceCollide2 a
     {
       const Space outer, space;
       if (nested) dSpaceAdd(outer, space.geom());
-      World world(space);
-      world.addBoxes(denseCube(300, 1));
+      World world(space, denseCube(300, 1));
       const dGeomID ray = dCreateRay(nullptr, 5), ball = dCreateSphere(nullptr, 5);
       for (int i = 0; i < frames; ++i) collide(space);
       for (int i = 0; i < rays; ++i) collide2(space, ray);

@@ -1,20 +1,10 @@
 // What ODE_PARALLEL_SAP_STATS=1 says of geoms and pairs, and in its last line of options.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
-#include <limits>
-#include <string>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
-#include "support/ode_errors.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 #include "support/variable.h"
 
 using namespace sap_test;
@@ -197,105 +187,101 @@ const Place kPlaces[] = {itself,
                          kStockSpaces[3].create,
                          inTwoSpaces};
 
+// How far a ball of 0.2 comes in a frame, as its body's velocity says or not.
+struct Motion {
+  double way;
+  bool flies = false;
+};
+struct Flight {
+  Place place;
+  std::vector<Motion> motions;
+  bool has_body = true;
+  std::size_t others = 0;  // that move a little, in turn, so that stock spaces change their lists
+  double step = 0;         // of swept bounds
+  bool is_new = false;     // in each frame
+};
+
+std::string factsOf(const Flight& flight) {
+  dGeomID ball = nullptr;
+  dSpaceID own = nullptr;
+  const dWorldID world = dWorldCreate();
+  std::vector<dGeomID> others;
+  const std::string facts = factsOf(
+      [&](World& all) {
+        own = flight.place(all.space());
+        if (flight.step > 0) dParallelSAPSpaceSetSweptBounds(own, real(flight.step));
+        while (others.size() < flight.others) others.push_back(dCreateBox(own, 1, 1, 1));
+      },
+      static_cast<int>(flight.motions.size()),
+      [&, x = 0.0](int frame) mutable {
+        const auto& [way, flies] = flight.motions[std::size_t(frame)];
+        if (ball && flight.is_new) {
+          dBodyDestroy(dGeomGetBody(ball));
+          dGeomDestroy(ball);
+        }
+        if (frame == 0 || flight.is_new) {
+          ball = dCreateSphere(own, real(0.1));
+          if (flight.has_body) dGeomSetBody(ball, dBodyCreate(world));
+        }
+        if (flight.has_body)
+          dBodySetLinearVel(dGeomGetBody(ball), real(flies ? 100 * way : 0), 0, 0);
+        x += way;
+        dGeomSetPosition(ball, real(x), 0, 0);
+        for (std::size_t i = 0; i < others.size(); ++i)
+          if (frame == 0 || (i + std::size_t(frame)) % 3 == 0)
+            dGeomSetPosition(others[i], real(3 * double(i) + 0.01 * frame), 50, 0);
+        // Queries between frames change nothing.
+        const dGeomID probe = dCreateSphere(nullptr, 1);
+        if (frame % 2) (void)collide2(own, probe);
+        dGeomDestroy(probe);
+      });
+  dWorldDestroy(world);
+  return facts;
+}
+
 }  // namespace
 
 TEST_CASE("Geoms that move far for their size are named, in sub-spaces too", "[facts]") {
-  // A ball of 0.2 among others that move a little, in turn, so that stock spaces change their
-  // lists.
-  const auto said = [](Place place, std::size_t others, const std::vector<double>& ways) {
-    dGeomID ball = nullptr;
-    std::vector<dGeomID> all;
-    double x = 0;
-    dSpaceID own = nullptr;
-    return factsOf(
-        [&](World& world) {
-          own = place(world.space());
-          ball = dCreateSphere(own, dReal(0.1));
-          for (std::size_t i = 0; i < others; ++i) {
-            all.push_back(dCreateBox(own, 1, 1, 1));
-            dGeomSetPosition(all[i], dReal(3 * double(i)), 50, 0);
-          }
-        },
-        static_cast<int>(ways.size()),
-        [&](int frame) {
-          x += ways[std::size_t(frame)];
-          dGeomSetPosition(ball, dReal(x), 0, 0);
-          for (std::size_t i = 0; i < all.size(); ++i)
-            if ((i + std::size_t(frame)) % 3 == 0)
-              dGeomSetPosition(all[i], dReal(3 * double(i) + 0.01 * frame), 50, 0);
-          // Queries between frames change nothing.
-          const dGeomID probe = dCreateSphere(nullptr, 1);
-          if (frame % 2)
-            dSpaceCollide2(dGeomID(own), probe, nullptr, [](void*, dGeomID, dGeomID) {});
-          dGeomDestroy(probe);
-        });
-  };
   const std::string moved = "up to 1 geoms at once moved by more than half of their smallest side";
   for (const Place place : kPlaces)
     for (const std::size_t others : {3, 200}) {
+      const auto said = [&](const std::vector<Motion>& motions) {
+        return factsOf({place, motions, false, others});
+      };
       INFO(others << " others, place " << (&place - kPlaces));
-      const std::string fast = said(place, others, {0, 0.09, 0.64, 0, 0.64, 0.7, 0.09, 0.09});
+      const std::string fast = said({{0}, {0.09}, {0.64}, {0}, {0.64}, {0.7}, {0.09}, {0.09}});
       INFO(fast);
       CHECK(has(fast,
                 moved + " between frames and may pass through others; the worst moved 3.2 sides"));
       CHECK(has(fast, "; in 1 of 8 frames"));
-      CHECK(said(place, others, {0, 0.09, 0.09, 0.09, 0.09}) == "");
+      CHECK(said({{0}, {0.09}, {0.09}, {0.09}, {0.09}}) == "");
       // What is put elsewhere passes nothing.
-      CHECK(said(place, others, {0, 0.01, 64, 0.01, 0.01, -64, 64, 0.01}) == "");
+      CHECK(said({{0}, {0.01}, {64}, {0.01}, {0.01}, {-64}, {64}, {0.01}}) == "");
     }
 }
 
 TEST_CASE("What its body's velocity leads far is named at once, and not what is put elsewhere",
           "[facts]") {
-  // A ball of 0.2 that flies or is put elsewhere; a fact is of half its side.
-  struct Motion {
-    double way;
-    bool flies;
-  };
-  const auto said = [](Place place, const std::vector<Motion>& motions, bool is_new = false,
-                       double step = 0) {
-    dGeomID ball = nullptr;
-    dSpaceID own = nullptr;
-    dWorldID world = dWorldCreate();
-    const std::string facts = factsOf(
-        [&](World& all) {
-          own = place(all.space());
-          if (step > 0) dParallelSAPSpaceSetSweptBounds(own, dReal(step));
-        },
-        static_cast<int>(motions.size()),
-        [&, x = 0.0](int frame) mutable {
-          const auto& [way, flies] = motions[std::size_t(frame)];
-          if (ball && is_new) {
-            dBodyDestroy(dGeomGetBody(ball));
-            dGeomDestroy(ball);
-          }
-          if (frame == 0 || is_new) {
-            ball = dCreateSphere(own, dReal(0.1));
-            dGeomSetBody(ball, dBodyCreate(world));
-          }
-          dBodySetLinearVel(dGeomGetBody(ball), dReal(flies ? 100 * way : 0), 0, 0);
-          x += way;
-          dBodySetPosition(dGeomGetBody(ball), dReal(x), 0, 0);
-        });
-    dWorldDestroy(world);
-    return facts;
-  };
   for (const Place place : kPlaces) {
     INFO("place " << (&place - kPlaces));
-    const std::string shot = said(place, {{0, true}, {0.64, true}});
+    const std::string shot = factsOf({place, {{0, true}, {0.64, true}}});
     CHECK(has(shot, "may pass through others; the worst moved 3.2 sides"));
     CHECK(has(shot, "; in 1 of 2 frames"));
-    CHECK(has(said(place, {{0, true}, {0.64, true}, {-0.64, true}, {0.64, true}}), "; in 3 of 4"));
-    CHECK(said(place, {{0, false}, {64, false}, {0, false}, {64, false}, {0, false}}) == "");
+    CHECK(has(factsOf({place, {{0, true}, {0.64, true}, {-0.64, true}, {0.64, true}}}),
+              "; in 3 of 4"));
+    CHECK(factsOf({place, {{0}, {64}, {0}, {64}, {0}}}) == "");
   }
-  CHECK(said(itself, {{0, false}, {0.64, false}, {0.64, false}, {0.64, false}}, true) == "");
+  CHECK(factsOf({itself, {{0}, {0.64}, {0.64}, {0.64}}, true, 0, 0, true}) == "");
   for (const Place place : {itself, Place(dParallelSAPSpaceCreate)}) {
     const std::vector<Motion> flight = {{0.64, true}, {0.64, true}, {0.64, true}};
-    CHECK(has(said(place, flight, false, 0.01), "which swept bounds cover; the worst moved 3.2"));
+    const auto said = [&](const std::vector<Motion>& motions, double step) {
+      return factsOf({place, motions, true, 0, step});
+    };
+    CHECK(has(said(flight, 0.01), "which swept bounds cover; the worst moved 3.2"));
     // They are for a shorter step than a frame.
-    CHECK(has(said(place, flight, false, 0.005), "may pass through others; the worst moved 3.2"));
+    CHECK(has(said(flight, 0.005), "may pass through others; the worst moved 3.2"));
     // Its swept box grows by metres with its speed.
-    CHECK(said(place, {{0.01, true}, {0.03, true}, {0.06, true}, {0.09, true}}, false, 1) == "");
+    CHECK(said({{0.01, true}, {0.03, true}, {0.06, true}, {0.09, true}}, 1) == "");
   }
 }
 
@@ -375,8 +361,7 @@ TEST_CASE("Static geoms that touch nothing are named where the update reads them
   const std::string moving = optionsOf(shelves, [](dSpaceID space) {
     for (int i = 0; i < 20000; ++i) {
       const dGeomID geom = dSpaceGetGeom(space, i);
-      const dReal* const at = dGeomGetPosition(geom);
-      dGeomSetPosition(geom, at[0] + dReal(0.1), at[1], at[2]);
+      moveBy(geom, 0.1, 0, 0);
     }
     collidePlainly(space);
   });

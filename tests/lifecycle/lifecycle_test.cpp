@@ -1,13 +1,7 @@
 // Spaces and geoms may end in any order; who outlives a space is as good as new.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
 #include <chrono>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
@@ -35,7 +29,7 @@ std::vector<dGeomID> spheresInARow(dSpaceID space, std::size_t n) {
   std::vector<dGeomID> geoms;
   for (std::size_t i = 0; i < n; ++i) {
     geoms.push_back(dCreateSphere(space, dReal(0.6)));
-    dGeomSetPosition(geoms.back(), static_cast<dReal>(i), 0, 0);
+    dGeomSetPosition(geoms.back(), real(i), 0, 0);
     setNumber(geoms.back(), i);
   }
   return geoms;
@@ -106,37 +100,6 @@ TEST_CASE("Geoms wander between our space and every ODE space, and outlive both"
         }
         for (const dGeomID geom : geoms) dGeomDestroy(geom);
       }
-    }
-  }
-}
-
-TEST_CASE("Our space lives in every ODE space and every ODE space in ours", "[lifecycle]") {
-  for (const StockSpace& stock : kStockSpaces) {
-    INFO(stock.name);
-    {
-      const dSpaceID outer = stock.create(nullptr);
-      const dSpaceID inner = dParallelSAPSpaceCreate(outer);
-      CHECK(dSpaceIsParallelSAP(outer) == 0);
-      CHECK(dSpaceIsParallelSAP(inner) == 1);
-      spheresInARow(inner, 20);
-      const dGeomID probe = dCreateSphere(outer, 1);
-      CHECK(dSpaceGetNumGeoms(outer) == 2);
-      dGeomSetPosition(probe, 10, 0, 0);
-      CHECK(collide(outer).size() == 1);
-      CHECK(difference(collide(inner), neighbours(20)) == "");
-      dSpaceDestroy(outer);
-    }
-    {
-      const Space outer;
-      const dSpaceID inner = stock.create(outer);
-      const dGeomID probe = dCreateSphere(outer, 1);
-      setNumber(probe, 99);
-      spheresInARow(inner, 20);
-      CHECK(difference(asSet(collide(inner)), neighbours(20)) == "");
-      CHECK(collide(outer).size() == 1);
-      CHECK(collide2(inner, probe).size() == 2);
-      dSpaceDestroy(inner);
-      CHECK(collide(outer).empty());
     }
   }
 }

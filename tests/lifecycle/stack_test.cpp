@@ -1,16 +1,12 @@
 // The stack that a collide takes: programs collide on coroutines and on threads with little of it.
-#include <ode_parallel_sap/parallel_sap_space.h>
 #include <pthread.h>
 
-#include <algorithm>
 #include <functional>
 #include <memory>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/recorder.h"
+#include "support/calls.h"
 #include "support/sanitizers.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
@@ -53,66 +49,45 @@ std::size_t stackOf(const std::function<void()>& work) {
   return touchedBy(work) - idle;
 }
 
-// What reports the pairs of a space, and what collides within the first callback.
-struct Way {
-  const char* name;
-  void (*collide)(dSpaceID space, void* data);
-  std::size_t most;  // bytes
-};
+// Collides again within the first callback.
 struct Nest {
-  const Way& way;
+  Call call;
   dSpaceID space;
   int left;
+
+  template <class... Report>
+  void operator()(Report...) {
+    if (left-- > 0) report(call, space, {}, *this);
+  }
 };
 
-template <class... Ignored>
-void again(void* data, Ignored...) {
-  Nest& nest = *static_cast<Nest*>(data);
-  if (nest.left-- > 0) nest.way.collide(nest.space, data);
-}
-
-const Way kWays[] = {
-    {"dSpaceCollide", [](dSpaceID space, void* data) { dSpaceCollide(space, data, again); },
-     24 << 10},
-    {"pairs",
-     [](dSpaceID space, void* data) { dParallelSAPSpaceCollidePairs(space, data, 0, again); },
-     24 << 10},
-    {"contacts",
-     [](dSpaceID space, void* data) {
-       const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(again);
-       dParallelSAPSpaceCollideContacts(space, data, 1, &callbacks);
-     },
-     32 << 10}};
-
-void descend(void* data, dGeomID a, dGeomID b) {
-  if (dGeomIsSpace(a) || dGeomIsSpace(b))
-    dSpaceCollide2(a, b, data, descend);
-  else
-    ++*static_cast<int*>(data);
-}
+const struct {
+  Call call;
+  std::size_t most;  // bytes
+} kCallsOfStack[] = {{kNear, 24 << 10}, {kBlocks, 24 << 10}, {kContacts, 32 << 10}};
 
 }  // namespace
 
 TEST_CASE("A collide of up to 120 geoms takes 24 KiB of stack, one within a callback 4 KiB more",
           "[stack]") {
-  for (const Way& way : kWays)
+  for (const auto& way : kCallsOfStack)
     for (const std::size_t n : {2, 30, 120})
       for (const bool moving : {false, true}) {
         const Space space;
-        World world(space);
-        world.addBoxes(onePlace(n, 1));
+        World world(space, onePlace(n, 1));
         const auto of = [&](int nested) {
           return stackOf([&, nested] {
             for (int frame = 0; frame < 4; ++frame) {
-              Nest nest = {way, space, nested};
+              Nest nest = {way.call, space, nested};
               if (moving) world.jitter(0.1, 1);
-              way.collide(space, &nest);
+              report(way.call, space, {}, nest);
               CHECK(nest.left < 0);
             }
           });
         };
         const std::size_t alone = of(0), nested = of(10);
-        INFO(way.name << ", " << n << " geoms: " << alone << " bytes, ten deep " << nested);
+        INFO("call " << way.call << ", " << n << " geoms: " << alone << " bytes, ten deep "
+                     << nested);
         CHECK(alone <= way.most);
         CHECK(nested <= alone + 10 * (4 << 10));
       }
@@ -127,9 +102,9 @@ TEST_CASE("A level of dSpaceCollide2 with fewer than 16 geoms takes 0.3 KiB of s
       space = dParallelSAPSpaceCreate(space);
     }
     dCreateSphere(space, 1);
-    int pairs = 0;
-    const std::size_t bytes = stackOf([&] { dSpaceCollide(outermost, &pairs, descend); });
-    REQUIRE(pairs == levels);
+    Pairs pairs;
+    const std::size_t bytes = stackOf([&] { dSpaceCollide(outermost, &pairs, recordWithin); });
+    REQUIRE(pairs.size() == static_cast<std::size_t>(levels));
     return bytes;
   };
   const std::size_t few = of(20), many = of(120);

@@ -1,21 +1,14 @@
 // With a grain of 1 a few hundred geoms occupy every thread at every stage, and what comes of it is
 // what one thread finds. Sees the library's own counts of who had work: built from its objects.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
 #include <atomic>
-#include <string>
 
 #include "fuzz/driver.h"
 #include "space/preload/stand_ins.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
-#include "support/knobs.h"
-#include "support/oracle.h"
 #include "support/overlap_oracle.h"
 #include "support/ray_oracle.h"
-#include "support/scenes.h"
 #include "support/teams.h"
+#include "support/tests.h"
 #include "support/variable.h"
 
 using namespace sap_test;
@@ -37,26 +30,21 @@ void handOutPairs(int threads) {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, threads);
   dParallelSAPSpaceSetEvents(space, 1);
-  World world(space);
-  world.addBoxes(denseCube(700, seed));
+  World world(space, denseCube(700, seed));
   for (std::uint64_t frame = 0; frame < 4; ++frame) {
     if (frame > 0) world.jitter(0.4, seed + frame);
-    struct Told {
-      dSpaceID space;
-      std::atomic<std::size_t> pairs{0}, without_numbers{0};
-    } told = {space, {0}, {0}};
-    dParallelSAPSpaceCollidePairs(
-        space, &told, dParallelSAPPairsConcurrent,
-        [](void* data, const dParallelSAPPair*, std::size_t count, std::size_t first) {
-          Told& told = *static_cast<Told*>(data);
-          told.pairs += count;
-          const unsigned* numbers;
-          const std::size_t numbered = dParallelSAPSpaceGetPairNumbers(told.space, &numbers);
-          if (numbered < first + count || !numbers) ++told.without_numbers;
-        });
+    std::atomic<std::size_t> pairs{0}, without_numbers{0};
+    auto take = [&](const dParallelSAPPair*, std::size_t count, std::size_t first) {
+      pairs += count;
+      const unsigned* numbers;
+      if (dParallelSAPSpaceGetPairNumbers(space, &numbers) < first + count || !numbers)
+        ++without_numbers;
+    };
+    dParallelSAPSpaceCollidePairs(space, &take, dParallelSAPPairsConcurrent,
+                                  invoke<decltype(take)>);
     INFO("frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    REQUIRE(told.pairs == expectedPairs(world.geoms()).size());
-    REQUIRE(told.without_numbers == 0);
+    REQUIRE(pairs == expectedPairs(world.geoms()).size());
+    REQUIRE(without_numbers == 0);
   }
 }
 
@@ -80,27 +68,22 @@ void findContacts(int threads) {
 void findContactsBeforeDCollide(int threads) {
   const Variable on("ODE_PARALLEL_SAP_CONTACTS", "on");
   const dParallelSAPStandIns& stand_ins = *dParallelSAPGetStandIns();
-  struct Call {
-    const dParallelSAPStandIns& stand_ins;
-    int found = 0;
-    static void collide(void* data, dGeomID o1, dGeomID o2) {
-      Call& own = *static_cast<Call*>(data);
-      dContactGeom found[8], expected[8];
-      const int count = own.stand_ins.collide(o1, o2, 8, found, sizeof found[0]);
-      if (count < 0) return;
-      ++own.found;
-      REQUIRE(count == dCollide(o1, o2, 8, expected, sizeof expected[0]));
-      for (int i = 0; i < count; ++i) REQUIRE(found[i].depth == expected[i].depth);
-    }
-  };
   const dSpaceID space = stand_ins.create(nullptr, dHashSpaceClass);
   dParallelSAPSpaceSetNumThreads(space, threads);
   {
     ContactScene scene(space);
     scene.fill({Kind::Box, Kind::Sphere, Kind::Capsule}, 400, seedOr(95));
-    Call call = {stand_ins};
-    for (int frame = 0; frame < 4; ++frame) dSpaceCollide(space, &call, Call::collide);
-    CHECK(call.found > 100);
+    int pairs = 0;
+    for (int frame = 0; frame < 4; ++frame)
+      collide(space, [&](dGeomID o1, dGeomID o2) {
+        dContactGeom found[8], expected[8];
+        const int count = stand_ins.collide(o1, o2, 8, found, sizeof found[0]);
+        if (count < 0) return;
+        ++pairs;
+        REQUIRE(count == dCollide(o1, o2, 8, expected, sizeof expected[0]));
+        for (int i = 0; i < count; ++i) REQUIRE(found[i].depth == expected[i].depth);
+      });
+    CHECK(pairs > 100);
   }
   dSpaceDestroy(space);
 }
@@ -130,8 +113,7 @@ TEST_CASE("With a grain of 1 two threads and more have work in every region, and
 
 TEST_CASE("Small batches of rays and probes are one thread's work") {
   const Space space;
-  World world(space);
-  world.addBoxes(denseCube(700, 1));
+  World world(space, denseCube(700, 1));
   dParallelSAPSpaceSetNumThreads(space, 3);
   Probes probes;
   for (int i = 0; i < 40; ++i) probes.push_back({world.geoms()[i], nullptr, 0});

@@ -1,15 +1,6 @@
 // The number of threads changes the time, never the sequence.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <thread>
-#include <utility>
-#include <vector>
-
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/knobs.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/tests.h"
+#include "support/together.h"
 
 using namespace sap_test;
 
@@ -20,8 +11,7 @@ std::vector<Pairs> play(const Configuration& configuration, int threads, std::si
                         std::uint64_t seed) {
   const Space space(configuration);
   dParallelSAPSpaceSetNumThreads(space, threads);
-  World world(space);
-  world.addBoxes(denseCube(geomsOf(n) + 10 * (seed % 3), seed));
+  World world(space, denseCube(geomsOf(n) + 10 * (seed % 3), seed));
   std::vector<Pairs> frames;
   for (int frame = 0; frame < scaled(static_cast<int>(30000 / n)); ++frame) {
     world.jitter(0.3, 100 * seed + static_cast<std::uint64_t>(frame));
@@ -40,12 +30,7 @@ TEST_CASE("Spaces are created, used and destroyed by different threads at once",
                                std::size_t i) { return play(configuration, each, n, seed + i); };
       std::vector<std::vector<Pairs>> alone, at_once(3);
       for (std::size_t i = 0; i < 3; ++i) alone.push_back(playOne(i));
-      std::vector<std::thread> workers;
-      for (std::size_t i = 0; i < 3; ++i)
-        workers.emplace_back([&, i] {
-          if (dAllocateODEDataForThread(dAllocateMaskAll)) at_once[i] = playOne(i);
-        });
-      for (std::thread& worker : workers) worker.join();
+      together(3, [&](int i) { at_once[i] = playOne(i); });
       for (std::size_t i = 0; i < 3; ++i) {
         INFO(configuration.name << ", " << n << " geoms, " << threads_each
                                 << " threads each, space " << i);

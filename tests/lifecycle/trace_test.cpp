@@ -1,11 +1,9 @@
 // What a trace tells of a program: the very pairs of its frames. Whose the files of traces are,
 // when they end, and what becomes of them where they cannot be written.
-#include <ode_parallel_sap/parallel_sap_space.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <csignal>
 #include <cstddef>
 #include <cstring>
@@ -16,17 +14,10 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "fuzz/driver.h"
 #include "player.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/random.h"
-#include "support/recorder.h"
+#include "support/tests.h"
 #include "support/variable.h"
 #include "trace_reader.h"
 
@@ -57,20 +48,13 @@ class Folder {
   fs::path path_;
 };
 
-std::size_t framesIn(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  trace::Reader reader(file, path);
-  std::size_t frames = 0;
-  for (trace::Frame frame; reader.next(frame);) ++frames;
-  return frames;
-}
-
-dSpaceID boxes(int count) {
-  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
-  for (int i = 0; i < count; ++i)
-    dGeomSetPosition(dCreateBox(space, 1, 1, 1), static_cast<dReal>(0.75 * i), 0, 0);
-  return space;
-}
+// A space of a row of boxes.
+struct Row : Space {
+  explicit Row(int count) {
+    for (int i = 0; i < count; ++i)
+      dGeomSetPosition(dCreateBox(*this, 1, 1, 1), real(0.75 * i), 0, 0);
+  }
+};
 
 std::string contentsOf(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -82,11 +66,9 @@ Pairs pairsByPlace(dSpaceID space) {
   std::map<dGeomID, std::size_t> places;
   for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
     places[dSpaceGetGeom(space, i)] = places.size();
-  std::vector<std::pair<dGeomID, dGeomID>> found;
-  dSpaceCollide(space, &found, [](void* data, dGeomID a, dGeomID b) {
-    static_cast<decltype(found)*>(data)->emplace_back(a, b);
-  });
   Pairs pairs;
+  std::vector<std::pair<dGeomID, dGeomID>> found;
+  collide(space, [&](dGeomID a, dGeomID b) { found.emplace_back(a, b); });
   for (const auto& [a, b] : found) pairs.emplace_back(places.at(a), places.at(b));
   return pairs;
 }
@@ -130,7 +112,7 @@ void checkReplay(const std::string& path, const std::vector<Pairs>& expected, in
   REQUIRE(recording.frames.size() == expected.size());
   REQUIRE(recording.by_bounds.empty());  // it is the same ODE
   REQUIRE(recording.header.every == static_cast<std::uint32_t>(every));
-  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  const Space space;
   {
     trace::Player player(recording, space);
     for (int turn = 0; turn < 2; ++turn)
@@ -147,17 +129,17 @@ void checkReplay(const std::string& path, const std::vector<Pairs>& expected, in
       }
   }
   REQUIRE(dSpaceGetNumGeoms(space) == 0);
-  dSpaceDestroy(space);
 }
 
 // The recording of a row of boxes.
 template <class Run>
 trace::Recording recordingOf(int boxes_in_row, Run run) {
   const Folder folder;
-  const dSpaceID space = boxes(boxes_in_row);
-  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
-  run(space);
-  dSpaceDestroy(space);
+  {
+    const Row space(boxes_in_row);
+    dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+    run(space);
+  }
   return trace::readRecording(folder / "trace");
 }
 
@@ -236,7 +218,7 @@ TEST_CASE("A replay has the pairs of every frame of the program, in their order"
 
 TEST_CASE("Frames in which nothing changes are a few bytes in a trace", "[trace]") {
   const Folder folder;
-  const dSpaceID space = boxes(500);
+  const Row space(500);
   dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
   collide(space);
   const auto first = fs::file_size(folder / "trace");
@@ -246,17 +228,14 @@ TEST_CASE("Frames in which nothing changes are a few bytes in a trace", "[trace]
   dGeomSetPosition(dSpaceGetGeom(space, 7), 0, 0, 0);
   collide(space);
   REQUIRE(fs::file_size(folder / "trace") - first < 10 * 150 + 400);
-  REQUIRE(framesIn(folder / "trace") == 12);
-  dSpaceDestroy(space);
+  REQUIRE(trace::readRecording(folder / "trace").frames.size() == 12);
 }
 
 TEST_CASE(
     "A trace counts pairs in blocks, knows none of contacts, and has no collides in callbacks",
     "[trace]") {
   const trace::Recording recording = recordingOf(300, [](dSpaceID space) {
-    dSpaceCollide(space, space, [](void* data, dGeomID, dGeomID) {
-      REQUIRE(collide(static_cast<dSpaceID>(data)).size() == 299);
-    });
+    collide(space, [&](dGeomID, dGeomID) { REQUIRE(collide(space).size() == 299); });
     const auto ignore = [](void*, const dParallelSAPPair*, size_t, size_t) {};
     dParallelSAPSpaceCollidePairs(space, nullptr, 0, ignore);
     dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, nullptr);
@@ -295,13 +274,10 @@ TEST_CASE("A geom to which this ODE gives another bounding box is shown by the o
   std::istringstream file(contents);
   const trace::Recording recording = trace::readRecording(file, "the trace");
   REQUIRE((recording.by_bounds == std::set<std::uint32_t>{1}));
-  const dSpaceID replayed = dParallelSAPSpaceCreate(nullptr);
-  {
-    trace::Player player(recording, replayed);
-    player.advance();
-    REQUIRE((pairsByPlace(replayed) == Pairs{{0, 1}}));
-  }
-  dSpaceDestroy(replayed);
+  const Space replayed;
+  trace::Player player(recording, replayed);
+  player.advance();
+  REQUIRE((pairsByPlace(replayed) == Pairs{{0, 1}}));
 }
 
 TEST_CASE("A trace that ends within a chunk, or in which any byte was changed, is refused",
@@ -347,7 +323,7 @@ TEST_CASE("A trace that lies, with checksums that are right, is refused or repla
 
 TEST_CASE("A trace ends when it is told to, and another one begins with all geoms", "[trace]") {
   const Folder folder;
-  const dSpaceID space = boxes(20);
+  const Row space(20);
   REQUIRE(dParallelSAPSpaceGetTrace(space) == 0);
   REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "a").c_str(), 2) == 1);
   REQUIRE(dParallelSAPSpaceGetTrace(space) == 2);
@@ -357,16 +333,15 @@ TEST_CASE("A trace ends when it is told to, and another one begins with all geom
   REQUIRE(dParallelSAPSpaceSetTrace(space, nullptr, 0) == 1);
   REQUIRE(dParallelSAPSpaceGetTrace(space) == 0);
   collide(space);
-  REQUIRE(framesIn(folder / "a") == 2);
-  REQUIRE(framesIn(folder / "b") == 1);
+  REQUIRE(trace::readRecording(folder / "a").frames.size() == 2);
+  REQUIRE(trace::readRecording(folder / "b").frames.size() == 1);
   REQUIRE(trace::readRecording(folder / "b").frames[0].geoms.size() == 20);
-  dSpaceDestroy(space);
 }
 
 TEST_CASE("Where a trace cannot be written, one message says so and the program goes on",
           "[trace]") {
   const Folder folder;
-  const dSpaceID space = boxes(20);
+  const Row space(20);
   REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "before").c_str(), 1) == 1);
   {
     const Messages messages;
@@ -380,12 +355,11 @@ TEST_CASE("Where a trace cannot be written, one message says so and the program 
   if (fs::exists("/dev/full")) {
     const Messages messages;
     const Variable variable("ODE_PARALLEL_SAP_TRACE", "/dev/full");
-    const dSpaceID other = boxes(20);
+    const Row other(20);
     for (int i = 0; i < 3; ++i) REQUIRE(collide(other).size() == 19);
     REQUIRE(dParallelSAPSpaceGetTrace(other) == 0);
     REQUIRE(messages.all().size() == 1);
     REQUIRE(messages.all()[0].find("No space left on device") != std::string::npos);
-    dSpaceDestroy(other);
   }
   // A file that may not grow ends with the last whole frame.
   {
@@ -408,7 +382,6 @@ TEST_CASE("Where a trace cannot be written, one message says so and the program 
   const std::size_t frames = trace::readRecording(folder / "full").frames.size();
   REQUIRE(frames > 0);
   REQUIRE(frames < 100);
-  dSpaceDestroy(space);
 }
 
 TEST_CASE("The child of a fork writes no trace, its parent's or the environment's", "[trace]") {
@@ -416,14 +389,14 @@ TEST_CASE("The child of a fork writes no trace, its parent's or the environment'
     const Folder folder;
     const std::string path = folder / "trace";
     const Variable variable("ODE_PARALLEL_SAP_TRACE", by_variable ? path.c_str() : nullptr);
-    const dSpaceID space = boxes(20);
+    const Row space(20);
     if (!by_variable) {
       dParallelSAPSpaceSetTrace(space, path.c_str(), 1);
       collide(space);
     }
     const pid_t child = fork();
     if (child == 0) {
-      const std::size_t own = collide(boxes(20)).size();
+      const std::size_t own = collide(Row(20)).size();
       _exit(own == 19 && collide(space).size() == 19 ? 0 : 1);
     }
     int status = -1;
@@ -432,8 +405,7 @@ TEST_CASE("The child of a fork writes no trace, its parent's or the environment'
     REQUIRE(folder.files().size() == (by_variable ? 0 : 1));
     collide(space);
     REQUIRE(folder.files().size() == 1);
-    REQUIRE(framesIn(folder.files()[0]) == (by_variable ? 1 : 2));
-    dSpaceDestroy(space);
+    REQUIRE(trace::readRecording(folder.files()[0]).frames.size() == (by_variable ? 1 : 2));
   }
 }
 
@@ -441,9 +413,7 @@ TEST_CASE("Who replays a trace does not write over it", "[trace]") {
   const Folder folder;
   const Variable variable("ODE_PARALLEL_SAP_TRACE", (folder / "trace").c_str());
   for (const bool replaying : {false, true}) {
-    const dSpaceID space = boxes(20);
-    collide(space);
-    dSpaceDestroy(space);
+    collide(Row(20));
     REQUIRE(folder.files().size() == 1);
     if (!replaying) REQUIRE(trace::readRecording(folder.files()[0]).frames.size() == 1);
   }
@@ -453,10 +423,9 @@ TEST_CASE("The environment has a file for each space that collides", "[trace]") 
   const Folder folder;
   {
     const Variable variable("ODE_PARALLEL_SAP_TRACE", (folder / "t%p:2").c_str());
-    const dSpaceID first = boxes(3), silent = boxes(4), second = boxes(5);
+    const Row first(3), silent(4), second(5);
     for (int i = 0; i < 3; ++i) collide(second);
     for (int i = 0; i < 5; ++i) collide(first);
-    for (const dSpaceID space : {first, silent, second}) dSpaceDestroy(space);
   }
   std::vector<std::size_t> geoms;
   std::vector<std::size_t> frames;
@@ -473,16 +442,14 @@ TEST_CASE("The environment has a file for each space that collides", "[trace]") 
   const Messages messages;
   for (const char* wrong : {"trace:0", ":3"}) {
     const Variable variable("ODE_PARALLEL_SAP_TRACE", wrong);
-    const dSpaceID space = boxes(2);
+    const Row space(2);
     REQUIRE(dParallelSAPSpaceGetTrace(space) == 0);
-    dSpaceDestroy(space);
   }
   REQUIRE(messages.all().size() == 2);
   for (const char* right : {"trace:x:7", "trace:7", "a:b"}) {
     const Variable variable("ODE_PARALLEL_SAP_TRACE", right);
-    const dSpaceID space = boxes(2);
+    const Row space(2);
     REQUIRE(dParallelSAPSpaceGetTrace(space) == (right == std::string("a:b") ? 1 : 7));
-    dSpaceDestroy(space);
   }
   REQUIRE(messages.all().size() == 2);
 }
