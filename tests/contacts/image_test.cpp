@@ -1,23 +1,17 @@
 // Private images of ODE: what they share with the program's and what not, and what becomes of
 // contacts where there are none.
 #include <dlfcn.h>
-#include <ode_parallel_sap/parallel_sap_space.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "space/images/ode_image.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/image_scene.h"
-#include "support/knobs.h"
 #include "support/mesh.h"
-#include "support/ode_errors.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 using ode_parallel_sap::OdeImage;

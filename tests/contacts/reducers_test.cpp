@@ -1,18 +1,8 @@
 // dParallelSAPKeepDeepest and dParallelSAPKeepSpread keep what they say, whatever the contacts are.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <limits>
-#include <vector>
 
-#include "support/bounds.h"
-#include "support/catch.hpp"
-#include "support/knobs.h"
 #include "support/mesh.h"
-#include "support/ode_errors.h"
-#include "support/random.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
@@ -22,17 +12,14 @@ using Manifold = std::vector<dContactGeom>;
 using Reducer = int (*)(dContactGeom*, int, int);
 const Reducer kReducers[] = {dParallelSAPKeepDeepest, dParallelSAPKeepSpread};
 
-const dReal kNaN = std::numeric_limits<dReal>::quiet_NaN();
-const dReal kInfinity = std::numeric_limits<dReal>::infinity();
-
 // Its place travels in side1.
 dContactGeom contact(double x, double y, double z, double depth, int place) {
   dContactGeom made = {};
-  made.pos[0] = static_cast<dReal>(x);
-  made.pos[1] = static_cast<dReal>(y);
-  made.pos[2] = static_cast<dReal>(z);
+  made.pos[0] = real(x);
+  made.pos[1] = real(y);
+  made.pos[2] = real(z);
   made.normal[2] = 1;
-  made.depth = static_cast<dReal>(depth);
+  made.depth = real(depth);
   made.side1 = place;
   return made;
 }
@@ -50,7 +37,7 @@ Manifold anyContacts(Random& random) {
     contacts.push_back(contact(x, y, random.between(-0.1, 0.1), depth, static_cast<int>(i)));
     if (kind == 3)
       for (int axis = 0; axis < 3; ++axis)
-        contacts.back().normal[axis] = static_cast<dReal>(random.between(-1, 1));
+        contacts.back().normal[axis] = real(random.between(-1, 1));
     if (kind == 4) {
       const dReal odd[] = {kNaN,       kInfinity,
                            -kInfinity, std::numeric_limits<dReal>::max(),
@@ -243,7 +230,7 @@ TEST_CASE("Contacts that ODE's colliders find beside their geoms are kept last",
   int beside = 0;
   for (int run = 0; run < scaled(20000); ++run) {
     dMatrix3 turn;
-    const auto angle = [&](double most) { return static_cast<dReal>(random.between(-most, most)); };
+    const auto angle = [&](double most) { return real(random.between(-most, most)); };
     dRFromEulerAngles(turn, angle(0.005), angle(0.005), angle(3));
     dGeomSetRotation(box, turn);
     dGeomSetPosition(box, angle(0.5), angle(0.5), dReal(0.5));

@@ -1,21 +1,10 @@
 // Memory: grows with the scene, stays while the scene does, and goes when the scene has shrunk.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
-#include <vector>
+#include "support/contact_scene.h"
+#include "support/tests.h"
 
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
-
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/contact_scene.h"
-#include "support/knobs.h"
-#include "support/oracle.h"
-#include "support/random.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
 
 using namespace sap_test;
 
@@ -26,9 +15,7 @@ void play(dSpaceID space, const std::vector<dGeomID>& geoms, int frames, bool co
   Random random(7);
   for (int frame = 0; frame < frames; ++frame) {
     for (std::size_t i = 0; i < geoms.size(); i += 1 + random.below(50)) {
-      const dReal* at = dGeomGetPosition(geoms[i]);
-      dGeomSetPosition(geoms[i], at[0] + static_cast<dReal>(random.between(-0.1, 0.1)), at[1],
-                       at[2]);
+      moveBy(geoms[i], random.between(-0.1, 0.1), 0, 0);
     }
     if (contacts)
       (void)parallelContacts(space, 1);
@@ -46,8 +33,7 @@ TEST_CASE("Memory goes in several frames after a scene has shrunk, and no pair w
       const Space space;
       dParallelSAPSpaceSetNumThreads(space, 2);
       INFO(left << " geoms left, " << (contacts ? "contacts" : "pairs"));
-      World world(space);
-      world.addBoxes(denseCube(12000, seedOr(301)));
+      World world(space, denseCube(12000, seedOr(301)));
       const std::vector<dGeomID>& geoms = world.geoms();
       const dGeomID probe = dCreateSphere(nullptr, 2);
       play(space, geoms, 3, contacts);
@@ -76,12 +62,10 @@ TEST_CASE("Memory goes in several frames after a scene has shrunk, and no pair w
 
 TEST_CASE("Memory goes after a pile of pairs has come apart", "[memory]") {
   const Space space;
-  World world(space);
-  world.addBoxes(onePlace(1500, 1));
+  World world(space, onePlace(1500, 1));
   play(space, world.geoms(), 2);
   const std::size_t most = statsOf(space).memory_bytes;
-  for (std::size_t i = 0; i < 1500; ++i)
-    dGeomSetPosition(world.geoms()[i], static_cast<dReal>(2 * i), 0, 0);
+  for (std::size_t i = 0; i < 1500; ++i) dGeomSetPosition(world.geoms()[i], real(2 * i), 0, 0);
   play(space, world.geoms(), 150);
   CHECK(statsOf(space).memory_bytes < most / 4);
   CHECK(collide(space).size() < 1500);
@@ -89,8 +73,7 @@ TEST_CASE("Memory goes after a pile of pairs has come apart", "[memory]") {
 
 TEST_CASE("Memory stays the same while the scene does, and while it breathes", "[memory]") {
   const Space space;
-  World world(space);
-  world.addBoxes(denseCube(6000, seedOr(311)));
+  World world(space, denseCube(6000, seedOr(311)));
   const auto setEnabled = [&](bool enabled) {
     for (std::size_t i = 200; i < world.geoms().size(); ++i)
       (enabled ? dGeomEnable : dGeomDisable)(world.geoms()[i]);
@@ -128,7 +111,7 @@ TEST_CASE("A nested space of ten geoms takes at most 1,500 bytes of the heap", "
   };
   for (int frame = 0; frame < 6; ++frame) {
     for (const dGeomID geom : geoms)
-      if (frame < 3) dGeomSetPosition(geom, static_cast<dReal>(random.below(900)), 0, 0);
+      if (frame < 3) dGeomSetPosition(geom, real(random.below(900)), 0, 0);
     for (const dSpaceID space : spaces) dSpaceCollide(space, nullptr, callback);
     dSpaceCollide2(outer.geom(), reinterpret_cast<dGeomID>(spaces[0]), nullptr, callback);
   }
@@ -139,8 +122,7 @@ TEST_CASE("A nested space of ten geoms takes at most 1,500 bytes of the heap", "
 
 TEST_CASE("The memory of queries goes when there are none any more", "[memory]") {
   const Space space, twin;
-  World world(space), twins(twin);
-  for (World* const each : {&world, &twins}) each->addBoxes(denseCube(3000, seedOr(321)));
+  World world(space, denseCube(3000, seedOr(321))), twins(twin, denseCube(3000, seedOr(321)));
   const dGeomID probe = dCreateSphere(nullptr, 1);
   collide(space);
   collide(twin);

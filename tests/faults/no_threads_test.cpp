@@ -1,24 +1,13 @@
 // Where the machine provides fewer threads than are wanted, or none. Each test is a process, since
 // OpenMP keeps the threads that it has.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <algorithm>
 #include <atomic>
-#include <string>
 #include <thread>
-#include <vector>
 
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/contact_scene.h"
 #include "support/image_scene.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/oracle.h"
-#include "support/random.h"
 #include "support/ray_oracle.h"
-#include "support/scenes.h"
 #include "support/teams.h"
+#include "support/tests.h"
 #include "support/thread_limit.h"
 
 using namespace sap_test;
@@ -30,8 +19,7 @@ namespace {
 int threadsOfFrames() {
   const ScopedGrain grain(1);
   const Space space, space_of_contacts;
-  World world(space);
-  world.addBoxes(denseCube(400, seedOr(81)));
+  World world(space, denseCube(400, seedOr(81)));
   ContactScene scene(space_of_contacts);
   fillForImages(scene, seedOr(82));
   for (const dSpaceID each : {dSpaceID(space), dSpaceID(space_of_contacts)}) {
@@ -76,8 +64,7 @@ TEST_CASE("Where a few threads can be had they do all", "[.][few]") {
 
 TEST_CASE("Where address space is short threads leave the pairs what they need", "[.][space]") {
   const Space alone, space;
-  World of_one(alone), world(space);
-  for (World* const each : {&of_one, &world}) each->addBoxes(denseCube(100000, seedOr(88)));
+  World of_one(alone, denseCube(100000, seedOr(88))), world(space, denseCube(100000, seedOr(88)));
   for (const dSpaceID each : {dSpaceID(alone), dSpaceID(space)}) {
     dParallelSAPSpaceSetBackend(each, dParallelSAPBackendCPU);  // a GPU's driver takes more
     dParallelSAPSpaceSetNumThreads(each, each == alone ? 1 : 16);
@@ -107,8 +94,7 @@ TEST_CASE("Calling threads that ask at once share the threads that can be had", 
       while (!limited) std::this_thread::yield();
       dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
       const Space space;
-      World world(space);
-      world.addBoxes(denseCube(400, 87));
+      World world(space, denseCube(400, 87));
       dParallelSAPSpaceSetNumThreads(space, 8);
       for (std::uint64_t frame = 0; frame < 20; ++frame) {
         world.jitter(0.3, frame);

@@ -1,32 +1,21 @@
 // Allocations of the library that fail, one of them or all from one on, in the midst of any call
 // that collides: what it reports is what it would have reported, and so is what follows.
-#include <ode_parallel_sap/parallel_sap_space.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <limits>
 #include <new>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "fuzz/driver.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
 #include "support/events_oracle.h"
-#include "support/knobs.h"
-#include "support/random.h"
-#include "support/recorder.h"
 #include "support/rules_oracle.h"
 #include "support/sanitizers.h"
-#include "support/scenes.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
@@ -151,31 +140,26 @@ class Report {
     }
   }
   // By themselves, and by their places among all.
-  static void addPair(void* report, dGeomID o1, dGeomID o2) {
-    Report& self = *static_cast<Report*>(report);
-    self.add(number(o1));
-    self.add(number(o2));
+  void operator()(dGeomID o1, dGeomID o2) {
+    add(number(o1));
+    add(number(o2));
   }
-  static void putPairs(void* report, const dParallelSAPPair* pairs, std::size_t count,
-                       std::size_t first) {
-    Report& self = *static_cast<Report*>(report);
+  void operator()(const dParallelSAPPair* pairs, std::size_t count, std::size_t first) {
     for (std::size_t i = 0; i < count; ++i) {
-      self.put(2 * (first + i), number(pairs[i].o1));
-      self.put(2 * (first + i) + 1, number(pairs[i].o2));
+      put(2 * (first + i), number(pairs[i].o1));
+      put(2 * (first + i) + 1, number(pairs[i].o2));
     }
   }
-  static void addContacts(void* report, dGeomID o1, dGeomID o2, const dContactGeom* contacts,
-                          int count) {
-    addPair(report, o1, o2);
+  void operator()(dGeomID o1, dGeomID o2, const dContactGeom* contacts, int count) {
+    (*this)(o1, o2);
     for (int i = 0; i < count; ++i) {
-      static_cast<Report*>(report)->addBits(contacts[i].pos);
-      static_cast<Report*>(report)->addBits(contacts[i].normal);
+      addBits(contacts[i].pos);
+      addBits(contacts[i].normal);
     }
   }
-  static void addOverlap(void* report, std::size_t probe, dGeomID geom,
-                         const dContactGeom* contacts, int count) {
-    static_cast<Report*>(report)->add(probe);
-    addContacts(report, geom, geom, contacts, count);
+  void operator()(std::size_t probe, dGeomID geom, const dContactGeom* contacts, int count) {
+    add(probe);
+    (*this)(geom, geom, contacts, count);
   }
   void addHit(const dParallelSAPRayHit& hit) {
     add(hit.geom ? number(hit.geom) : ~std::uint64_t{0});
@@ -245,7 +229,10 @@ class AskedScene : private Decisions, public Driver {
     std::array<dParallelSAPRay, 200> rays = {};
     std::array<dParallelSAPRayHit, 200> hits = {};
     if (kind_ == rays_too)
-      for (dParallelSAPRay& ray : rays) aim(ray);
+      for (dParallelSAPRay& ray : rays) {
+        const auto any = [&](double low) { return random_.between(low, low < 0 ? 1 : 9); };
+        ray = rayOf({any(0), any(0), any(0)}, {any(-1), any(-1), any(-1)}, any(0));
+      }
     {
       [[maybe_unused]] const auto watching = watch();
       call(report, rays, hits);
@@ -317,37 +304,28 @@ class AskedScene : private Decisions, public Driver {
   void call(Report& report, const std::array<dParallelSAPRay, 200>& rays,
             std::array<dParallelSAPRayHit, 200>& hits) {
     const auto flags = [](void*, dGeomID a, dGeomID b) { return isTame(a) && isTame(b) ? 4 : 0; };
-    const dParallelSAPContactCallbacks callbacks = {Report::addContacts, flags, nullptr, nullptr};
+    const dParallelSAPContactCallbacks callbacks = {invoke<Report>, flags, nullptr, nullptr};
     switch (kind_) {
       case pairs:
-        return dSpaceCollide(space(), &report, Report::addPair);
+        return dSpaceCollide(space(), &report, invoke<Report>);
       case blocks:
-        return dParallelSAPSpaceCollidePairs(space(), &report, 0, Report::putPairs);
+        return dParallelSAPSpaceCollidePairs(space(), &report, 0, invoke<Report>);
       case shared_blocks:
         return dParallelSAPSpaceCollidePairs(space(), &report, dParallelSAPPairsConcurrent,
-                                             Report::putPairs);
+                                             invoke<Report>);
       case contacts:
         return dParallelSAPSpaceCollideContacts(space(), &report, 0, &callbacks);
       case query:
-        return dSpaceCollide2(asGeom(space()), probe_, &report, Report::addPair);
+        return dSpaceCollide2(asGeom(space()), probe_, &report, invoke<Report>);
       case probes: {
         dParallelSAPProbe two[2] = {{probe_, nullptr, 0}, {ball_, nullptr, 0}};
-        dParallelSAPSpaceOverlaps(space(), two, 2, sizeof two[0], 4, &report, Report::addOverlap);
+        dParallelSAPSpaceOverlaps(space(), two, 2, sizeof two[0], 4, &report, invoke<Report>);
         return;
       }
       default:
         dParallelSAPSpaceRays(space(), rays.data(), rays.size(), 0, hits.data());
     }
   }
-  void aim(dParallelSAPRay& ray) {
-    for (int axis = 0; axis < 3; ++axis) {
-      ray.origin[axis] = static_cast<dReal>(random_.between(0, kSide));
-      ray.direction[axis] = static_cast<dReal>(random_.between(-1, 1));
-    }
-    ray.length = static_cast<dReal>(random_.between(0, kSide));
-    ray.category_bits = ray.collide_bits = ~0ul;
-  }
-
   Random random_;
   const int threads_ = random_.chance(0.5) ? 1 : 3;
   const dGeomID probe_ = dCreateRay(nullptr, kSide), ball_ = dCreateSphere(nullptr, 1);
@@ -461,7 +439,7 @@ TEST_CASE("A contact callback that throws without memory leaves no space locked"
       INFO("allocation " << passed);
       CHECK(thrown);
       thrown_within += Allocations::failed() > 0;
-      CHECK_NOTHROW(dGeomSetPosition(geom, 0, 0, static_cast<dReal>(0.5)));
+      CHECK_NOTHROW(dGeomSetPosition(geom, 0, 0, real(0.5)));
       callbacks.contacts = count;
       std::size_t pairs = 0;
       dParallelSAPSpaceCollideContacts(space, &pairs, 1, &callbacks);
@@ -479,8 +457,7 @@ TEST_CASE("Wherever memory ends the frame counts its geoms, or begins anew and t
       bool fails = true;
       for (int passed = 0; fails; ++passed) {
         const Space space;
-        World world(space);
-        world.addBoxes(denseCube(300, 5));
+        World world(space, denseCube(300, 5));
         dParallelSAPSpaceSetNumThreads(space, threads);
         const bool skips = for_good && passed % 2;
         dParallelSAPSpaceSetSkipStatic(space, skips);
@@ -549,8 +526,8 @@ TEST_CASE("A frame causes no page fault where balls move steadily among tiles th
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 1);
   for (int tile = 0; tile < 4096; ++tile)
-    dGeomSetPosition(dCreateBox(space, 64, 64, 2), static_cast<dReal>(64 * (tile % 64)),
-                     static_cast<dReal>(64 * (tile / 64)), 0);
+    dGeomSetPosition(dCreateBox(space, 64, 64, 2), real(64 * (tile % 64)), real(64 * (tile / 64)),
+                     0);
   Random random(seedOr(321));
   std::vector<std::pair<dGeomID, dReal>> balls;  // and their ways in a frame
   for (int ball = 0; ball < 410; ++ball) {
@@ -560,10 +537,7 @@ TEST_CASE("A frame causes no page fault where balls move steadily among tiles th
   }
   rusage settled = {}, then = {};
   for (int frame = 0; frame < 120; ++frame) {
-    for (const auto& [ball, way] : balls) {
-      const dReal* const at = dGeomGetPosition(ball);
-      dGeomSetPosition(ball, at[0] + way, at[1], at[2]);
-    }
+    for (const auto& [ball, way] : balls) moveBy(ball, way, 0, 0);
     dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) {});
     if (frame == 69) getrusage(RUSAGE_SELF, &settled);
   }

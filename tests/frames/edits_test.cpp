@@ -1,8 +1,6 @@
 // Whatever a program does to a space and its geoms, it sees what it would see with ODE's spaces.
 #include "fuzz/driver.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/knobs.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 

@@ -1,19 +1,7 @@
 // Spaces that are told of what ODE does not tell: the pairs are the same, and what is not told is
 // not looked for.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include <string>
-#include <thread>
-#include <utility>
-#include <vector>
-
-#include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/oracle.h"
-#include "support/recorder.h"
-#include "support/scenes.h"
+#include "support/tests.h"
+#include "support/together.h"
 #include "support/variable.h"
 
 using namespace sap_test;
@@ -51,10 +39,7 @@ TEST_CASE("A frame reads only geoms that were announced, in callbacks or between
     dGeomDisable(row.geom());
     CHECK(collide(row.space) == row.pairs);  // a broken promise
     if (way == in_callback)
-      dSpaceCollide(row.space, &row, [](void* data, dGeomID, dGeomID) {
-        Row& row = *static_cast<Row*>(data);
-        dParallelSAPSpaceNotify(row.space, row.geom());
-      });
+      collide(row.space, [&](dGeomID, dGeomID) { dParallelSAPSpaceNotify(row.space, row.geom()); });
     else
       dParallelSAPSpaceNotify(row.space, way == all ? nullptr : row.geom());
     CHECK(collide(row.space).size() == row.pairs.size() - 1);
@@ -73,17 +58,14 @@ TEST_CASE("Many threads may tell of geoms at once", "[notified]") {
   dParallelSAPSpaceSetNotified(row.space, 1);
   (void)collide(row.space);
   const std::vector<dGeomID>& geoms = row.world.geoms();
-  constexpr std::size_t team = 4;
+  constexpr int team = 4;
   for (int frame = 0; frame < scaled(50); ++frame) {
-    std::vector<std::thread> threads;
-    for (std::size_t thread = 0; thread < team; ++thread)
-      threads.emplace_back([&, thread] {
-        for (std::size_t i = thread; i < geoms.size() / 17; i += team) {
-          dGeomIsEnabled(geoms[i]) ? dGeomDisable(geoms[i]) : dGeomEnable(geoms[i]);
-          dParallelSAPSpaceNotify(row.space, geoms[i]);
-        }
-      });
-    for (std::thread& thread : threads) thread.join();
+    together(team, [&](int thread) {
+      for (std::size_t i = thread; i < geoms.size() / 17; i += team) {
+        dGeomIsEnabled(geoms[i]) ? dGeomDisable(geoms[i]) : dGeomEnable(geoms[i]);
+        dParallelSAPSpaceNotify(row.space, geoms[i]);
+      }
+    });
     REQUIRE(difference(collide(row.space), expectedPairs(geoms)) == "");
     REQUIRE(statsOf(row.space).kept > 0);
   }

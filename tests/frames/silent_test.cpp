@@ -1,13 +1,9 @@
 // Meshes whose triangles change without a word to any space: dGeomTriMeshSetData tells none.
-#include <ode_parallel_sap/parallel_sap_space.h>
-
-#include "support/bounds.h"
-#include "support/catch.hpp"
-#include "support/configurations.h"
+#include "support/calls.h"
 #include "support/contact_scene.h"
 #include "support/mesh.h"
 #include "support/ray_oracle.h"
-#include "support/recorder.h"
+#include "support/tests.h"
 
 using namespace sap_test;
 
@@ -23,29 +19,22 @@ struct Triangles {
   dTriMeshDataID at(bool place) const { return (place ? here : away).data(); }
 };
 
-// How much a call tells, but for a sphere that the probe and the ray meet.
-std::size_t toldBy(std::size_t call, dSpaceID space, dGeomID probe) {
-  dParallelSAPProbe one = {probe, nullptr, 0};
-  switch (call) {
-    case 0:
-      return collide(space).size();
-    case 1:
-      dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
-      return statsOf(space).pairs;
-    case 2:
-      return parallelContacts(space, 1).size();
-    case 3:
-      return collide2(asGeom(space), probe).size() - 1;
-    case 4:
-      return collide2(probe, asGeom(space)).size() - 1;
-    case 5:
-      return dParallelSAPSpaceOverlaps(space, &one, 1, sizeof one, 1, nullptr, nullptr) - 1;
-    default:
-      return allHits(space, {rayOf({kHere + 0.3, 0.25, 5}, {0, 0, -1}, 10)}, 1)[0].size() - 1;
+// How much a call tells, a sphere that the probe and the ray meet too.
+struct Told {
+  std::size_t count = 0;
+  void operator()(const dParallelSAPPair*, std::size_t pairs, std::size_t) { count += pairs; }
+  void operator()(std::size_t, const dParallelSAPRayHit*, std::size_t hits) { count += hits; }
+  template <class... Report>
+  void operator()(Report...) {
+    ++count;
   }
+};
+std::size_t toldBy(int call, dSpaceID space, dGeomID probe) {
+  Told told;
+  report(static_cast<Call>(call), space, {probe, rayOf({kHere + 0.3, 0.25, 5}, {0, 0, -1}, 10)},
+         told);
+  return told.count;
 }
-
-constexpr std::size_t kCalls = 7;
 
 }  // namespace
 
@@ -59,7 +48,7 @@ TEST_CASE(
     const dGeomID mesh = triangles.away.create(within);
     const dGeomID host = dCreateSphere(space, 1), probe = dCreateSphere(nullptr, 1);
     for (const dGeomID geom : {host, probe}) dGeomSetPosition(geom, kHere, 0, 0);
-    for (std::size_t call = 0; call < kCalls; ++call) {
+    for (int call = 0; call < kCalls; ++call) {
       CAPTURE(call);
       const std::size_t away = toldBy(call, space, probe);
       dGeomSetPosition(mesh, 0, 0, 0);
@@ -82,18 +71,6 @@ TEST_CASE("A space that is the geom of a query brings its meshes up to date firs
   dGeomTriMeshSetData(mesh, triangles.at(true));
   CHECK(collide2(space, other.geom()).size() == 1);
 }
-
-namespace {
-
-// Down to pairs of geoms.
-void recordWithin(void* pairs, dGeomID a, dGeomID b) {
-  if (dGeomIsSpace(a) || dGeomIsSpace(b))
-    dSpaceCollide2(a, b, pairs, recordWithin);
-  else
-    record(pairs, a, b);
-}
-
-}  // namespace
 
 // Stock spaces clean only what is in front of their lists, and ODE asserts that callbacks find all
 // boxes up to date.
@@ -139,13 +116,9 @@ TEST_CASE("ODE misses no geom of a stock sub-space whose list it goes through", 
       }
       dGeomSetPosition(dCreateSphere(stock, 1), 0, 0, 0);
       std::size_t pairs = 0;
-      struct Callback {
-        static void count(void* pairs, dGeomID a, dGeomID b) {
-          *static_cast<std::size_t*>(pairs) +=
-              dGeomGetClass(a) == dBoxClass || dGeomGetClass(b) == dBoxClass;
-        }
-      };
-      dSpaceCollide2(asGeom(stock), space.geom(), &pairs, Callback::count);
+      collide2(asGeom(stock), space.geom(), [&](dGeomID a, dGeomID b) {
+        pairs += dGeomGetClass(a) == dBoxClass || dGeomGetClass(b) == dBoxClass;
+      });
       INFO("silently " << silently);
       CHECK(pairs == 18);
     }
