@@ -1,11 +1,13 @@
 // Scenes of DART (Debian: libdart-collision-ode-dev), whose ODE collision detector makes a hash
 // space, sets its levels, and asks dCollide for up to 250 contacts of each pair.
 //
+//     dart_scene far
 //     dart_scene shapes|columns [COUNT [FRAMES]]
 //
-// shapes: COUNT boxes, spheres and cylinders each (1,001) in three rows on a ground plane, as in
-// Gazebo Sim's world 3k_shapes, simulated. columns: the same shapes, so that each touches what is
-// beside and below it, collided only. Prints sums of what was found.
+// far: a body at 1e9 m beside one that falls onto the ground. shapes: COUNT boxes, spheres and
+// cylinders each (1,001) in three rows on a ground plane, as in Gazebo Sim's world 3k_shapes,
+// simulated. columns: the same shapes, so that each touches what is beside and below it, collided
+// only. Prints sums of what was found.
 #include <cstdio>
 #include <cstdlib>
 #include <dart/collision/ode/OdeCollisionDetector.hpp>
@@ -76,9 +78,13 @@ class Scene {
   }
 
   void print() const {
-    double poses = 0;
-    for (const auto* body : bodies_) poses += body->getWorldTransform().matrix().sum();
-    std::printf("poses %.17g, %zu contacts %.17g\n", poses, contacts_, sum_);
+    double heights = 0, poses = 0;
+    for (const auto* body : bodies_) {
+      heights += body->getWorldTransform().translation().z();
+      poses += body->getWorldTransform().matrix().sum();
+    }
+    std::printf("%zu shapes, mean height %.6f, poses %.17g, %zu contacts %.17g\n", bodies_.size(),
+                heights / static_cast<double>(bodies_.size()), poses, contacts_, sum_);
   }
 
  private:
@@ -111,7 +117,11 @@ int main(int argc, char** argv) {
                              std::make_shared<BoxShape>(Eigen::Vector3d(1, 1, 1)),
                              std::make_shared<SphereShape>(0.5)};
   Scene scene;
-  if (name == "columns") {
+  if (name == "far") {
+    scene.add(shapes[1], at(0, 0, 0.6));
+    scene.add(std::make_shared<SphereShape>(0.1), at(-1e9, 0, 1));
+    scene.run(300, nullptr);
+  } else if (name == "columns") {
     for (int i = 0; i < 3 * count; ++i) scene.add(shapes[i % 3], placeInColumns(i, 0));
     scene.run(frames, placeInColumns);
   } else {  // a shape's width and a half apart

@@ -2,8 +2,8 @@
 //
 //     stock               makes every kind of space and asks them what programs ask, through the C
 //                         functions and the C++ wrappers
-//     changes             relies on the first argument of its callback, and changes geoms and
-//                         bodies in all ways of which ODE tells no space
+//     first               relies on the first argument of its callback
+//     silent              changes geoms and bodies in all ways of which ODE tells no space
 //     account [collide]   does what preload.sh knows the numbers of
 #include <ode/ode.h>
 #include <ode/odecpp.h>
@@ -104,23 +104,7 @@ void stock() {
   for (const dSpaceID space : spaces) dSpaceDestroy(space);
 }
 
-// Changes a geom, or its body, in a way of which ODE tells no space.
-void change(std::size_t way, dGeomID geom, bool back) {
-  const dBodyID body = dGeomGetBody(geom);
-  if (way == 0) return dGeomSetCategoryBits(geom, back ? ~0ul : 0);
-  if (way == 1) return dGeomSetCollideBits(geom, back ? ~0ul : 0);
-  if (way == 2) return (back ? dGeomEnable : dGeomDisable)(geom);
-  if (!body) return;
-  if (way == 3) return dGeomSetBody(geom, nullptr);
-  if (back) return dBodyDisable(body);
-  if (way == 4) return dBodyEnable(body);
-  if (way == 5) return dBodySetAutoDisableFlag(body, 0);
-  if (way == 6) return dBodySetAutoDisableDefaults(body);
-  dBodyDestroy(body);
-}
-
-// Boxes that come, move and change, some in a sub-space, some on bodies.
-void changes(dSpaceID (*create)(dSpaceID), bool sets_levels) {
+void exerciseFirst(dSpaceID (*create)(dSpaceID), bool sets_levels) {
   static std::mt19937 engine(5);
   const auto uniform = [](double least, double most) {
     return real(least + (most - least) * (static_cast<double>(engine()) / 4294967296.0));
@@ -129,19 +113,16 @@ void changes(dSpaceID (*create)(dSpaceID), bool sets_levels) {
     const dReal at[] = {uniform(1000, 1012), uniform(1000, 1012), uniform(1000, 1012)};
     dGeomSetPosition(geom, at[0], at[1], at[2]);
   };
-  const dWorldID worlds[] = {dWorldCreate(), dWorldCreate()};
   const dSpaceID space = create(nullptr), inner = create(space);
   if (sets_levels) dHashSpaceSetLevels(space, -1, 2);
   std::size_t numbers = 0;
   number(asGeom(inner), ++numbers);
   std::vector<dGeomID> geoms;
-  for (int frame = 0; frame < 50; ++frame) {
+  for (int frame = 0; frame < 40; ++frame) {
     for (int i = 0; i < 4; ++i) {
       const dReal size = std::exp2(uniform(-3, 4));
       geoms.push_back(number(dCreateBox(i ? space : inner, size, size / 2, size / 3), ++numbers));
-      if (i > 1) dGeomSetBody(geoms.back(), dBodyCreate(worlds[i == 2 && frame <= 40]));
       place(geoms.back());
-      if (i == 3) dBodyDisable(dGeomGetBody(geoms.back()));
     }
     if (frame == 20) geoms.push_back(number(dCreateBox(space, 5000, 5000, 1), ++numbers));
     for (int i = 0; i < frame % 3 * 9; ++i) {
@@ -153,14 +134,72 @@ void changes(dSpaceID (*create)(dSpaceID), bool sets_levels) {
       }
       place(moved);
     }
-    printPairs("moved", frame, space, true);
-    for (const bool back : {false, true}) {
-      for (std::size_t way = 0; way < 8; ++way)
-        change(way, geoms[(std::size_t(frame) * 31 + way * 17) % geoms.size()], back);
-      printPairs(back ? "changed back" : "changed", frame, space, true);
-    }
-    if (frame == 40) dWorldDestroy(worlds[1]);
+    printPairs("frame", frame, space, true);
   }
+  dSpaceDestroy(space);
+}
+
+void first() {
+  exerciseFirst(dSimpleSpaceCreate, false);
+  exerciseFirst(dHashSpaceCreate, false);
+  exerciseFirst(dHashSpaceCreate, true);
+}
+
+// Changes a box and, two frames later, changes it back.
+void change(int way, dGeomID geom, bool back) {
+  const dBodyID body = dGeomGetBody(geom);
+  switch (way) {
+    case 0:
+      return dGeomSetCategoryBits(geom, back ? ~0ul : 0);
+    case 1:
+      return dGeomSetCollideBits(geom, back ? ~0ul : 0);
+    case 2:
+      return (back ? dGeomEnable : dGeomDisable)(geom);
+    case 3:
+      return back ? void() : dGeomSetBody(geom, nullptr);
+    case 4:
+      return back ? void() : dBodyDestroy(body);
+    case 5:
+      return (back ? dBodyDisable : dBodyEnable)(body);
+    case 6:
+      return back ? dBodyDisable(body) : dBodySetAutoDisableFlag(body, 0);
+    default:
+      return back ? dBodyDisable(body) : dBodySetAutoDisableDefaults(body);
+  }
+}
+
+// In a scene whose other geoms stand still.
+void silent() {
+  constexpr std::size_t boxes = 200, first_asleep = 55;
+  const dWorldID world = dWorldCreate(), other_world = dWorldCreate();
+  const dSpaceID space = dHashSpaceCreate(0);
+  std::vector<dGeomID> geoms;
+  for (std::size_t i = 0; i < boxes; ++i) {
+    // Two of one body, which make no pair until it is gone.
+    const dBodyID body =
+        i % 10 == 1 ? dGeomGetBody(geoms.back()) : dBodyCreate(i < boxes / 2 ? world : other_world);
+    geoms.push_back(number(dCreateBox(space, 1, 1, 1), i));
+    dGeomSetBody(geoms[i], body);
+    if (i % 10 == 1)
+      dGeomSetOffsetPosition(geoms[i], real(0.75), 0, 0);
+    else
+      dGeomSetPosition(geoms[i], real(0.75 * static_cast<double>(i)), 0, 0);
+    if (i >= first_asleep && i < boxes / 2) dBodyDisable(body);
+  }
+  // Either bits of theirs decide alone.
+  dGeomSetCollideBits(geoms[10], 0);
+  dGeomSetCategoryBits(geoms[20], 0);
+  for (int frame = 0; frame < 3; ++frame) printPairs("before", frame, space);
+  for (int way = 0; way < 8; ++way) {
+    const dGeomID geom = geoms[std::size_t(10 * way + 10)];
+    change(way, geom, false);
+    printPairs("changed", way, space);
+    printPairs("still", way, space);
+    if (dGeomGetBody(geom)) change(way, geom, true);
+    printPairs("back", way, space);
+  }
+  dWorldDestroy(other_world);
+  printPairs("world", 0, space);
   // Triangles within a sub-space change far from all else, and then one of the others moves.
   const float near[] = {-99, 0, 0, -98, 0, 0, -99, 1, 0},
               far[] = {-199, 0, 0, -198, 0, 0, -199, 1, 0};
@@ -173,17 +212,11 @@ void changes(dSpaceID (*create)(dSpaceID), bool sets_levels) {
   printPairs("mesh", 0, space);
   dGeomTriMeshSetData(mesh, data[1]);
   printPairs("mesh", 1, space);
-  place(geoms[5]);
+  dGeomSetPosition(geoms[5], 0, 100, 0);
   printPairs("mesh", 2, space);
   dSpaceDestroy(space);
   for (const dTriMeshDataID each : data) dGeomTriMeshDataDestroy(each);
-  dWorldDestroy(worlds[0]);
-}
-
-void changeAll() {
-  changes(dSimpleSpaceCreate, false);
-  changes(dHashSpaceCreate, false);
-  changes(dHashSpaceCreate, true);
+  dWorldDestroy(world);
 }
 
 // Spheres each of which touches the next.
@@ -233,7 +266,7 @@ int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "stock";
   dInitODE2(0);
   if (what == "account") return account(argc > 2), 0;  // which leaves a space
-  (what == "changes" ? changeAll : stock)();
+  (what == "first" ? first : what == "silent" ? silent : stock)();
   dCloseODE();
   return 0;
 }
