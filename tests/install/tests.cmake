@@ -38,6 +38,11 @@ if(library_type STREQUAL "SHARED_LIBRARY")
     "${PROJECT_SOURCE_DIR}/space/include/ode_parallel_sap/parallel_sap_space.h"
     "${PROJECT_SOURCE_DIR}/space/preload/stand_ins.h" ${PROJECT_VERSION}
     $<TARGET_FILE:ode-parallel-sap-preload>)
+  add_executable(unload-program "${here}/unload.c")
+  target_include_directories(unload-program PRIVATE "${PROJECT_SOURCE_DIR}/space/include")
+  target_link_libraries(unload-program PRIVATE PkgConfig::ODE_PARALLEL_SAP_LIBODE ${CMAKE_DL_LIBS})
+  enable_warnings(unload-program)
+  add_install_test(unload unload-program $<TARGET_FILE:ode-parallel-sap> $<TARGET_FILE:ode-parallel-sap-preload>)
 endif()
 
 if(TARGET docs)
