@@ -1,6 +1,5 @@
 # The CUDA back end on devices that are emulated: needs CUDA's headers, no device. Its kernels are compiled as C++, so none of this
 # is linked with CUDA's runtime.
-find_package(CUDAToolkit REQUIRED)
 get_target_property(sources ode-parallel-sap-cuda-objects SOURCES)
 list(TRANSFORM sources PREPEND "${PROJECT_SOURCE_DIR}/cuda/")
 set(kernels ${sources})
