@@ -282,6 +282,27 @@ TEST_CASE(
   CHECK(fine_boxes > 0);
 }
 
+TEST_CASE("Threads that take from one another's parts take every index once") {
+  static Region region("parts");
+  std::vector<std::atomic<int>> taken(100003);
+  for (const int threads : {1, 2, 7, 16}) {
+    for (auto& times : taken) times = 0;
+    const auto take = [&](Range range, int thread) {
+      if (thread == 0) std::this_thread::yield();
+      for (std::size_t i = range.begin; i < range.end; ++i) ++taken[i];
+    };
+    runChunks(region, threads, taken.size(), 3, take, threads);
+    CHECK(std::all_of(taken.begin(), taken.end(), [](const auto& times) { return times == 1; }));
+  }
+}
+
+TEST_CASE("An exception of any thread reaches the caller, once all are done") {
+  static Region region("exceptions");
+  for (const int threads : {1, 4})
+    REQUIRE_THROWS_AS(runTeam(region, threads, [](int, int) { throw std::bad_alloc(); }),
+                      std::bad_alloc);
+}
+
 TEST_CASE("An exception of the program is thrown rather than a lack of memory") {
   static Region region("two exceptions");
   std::atomic<bool> lacking{false};

@@ -1,6 +1,5 @@
 // Meshes whose triangles change without a word to any space: dGeomTriMeshSetData tells none.
 #include "support/calls.h"
-#include "support/contact_scene.h"
 #include "support/mesh.h"
 #include "support/ray_oracle.h"
 #include "support/tests.h"

@@ -25,17 +25,20 @@ struct Stop : std::runtime_error {
 struct Blocks {
   std::mutex lock;
   std::map<std::size_t, Pairs> at;
+  std::size_t calls = 0;
   std::function<void(std::size_t)> at_each = [](std::size_t) {};
 
   void operator()(const dParallelSAPPair* pairs, std::size_t count, std::size_t first) {
     {
       const std::lock_guard<std::mutex> guard(lock);
       for (std::size_t i = 0; i < count; ++i) record(&at[first], pairs[i].o1, pairs[i].o2);
+      ++calls;
     }
     at_each(first);
   }
   void collide(dSpaceID space, int flags) {
     at.clear();
+    calls = 0;
     dParallelSAPSpaceCollidePairs(space, this, flags, invoke<Blocks>);
   }
   Pairs joined() const {
@@ -51,6 +54,44 @@ bool isUsable(dSpaceID space, const Pairs& expected) {
 }
 
 }  // namespace
+
+TEST_CASE("Blocks that the pairs fill exactly are followed by none", "[blocks]") {
+  std::size_t size = 0;  // of a block
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t row :
+         {64, 300})  // boxes, of which each bar along x meets the first ones
+      for (const std::size_t blocks : {2, 1, 3})
+        for (const int more : {0, -1, 1}) {
+          const std::size_t pairs = size ? blocks * size + static_cast<std::size_t>(more) : 2000;
+          const Space space(configuration);
+          World world(space);
+          const auto add = [&](double low, double high, unsigned long bits) {
+            const dGeomID box = world.addBox({{low, 0, 0}, {high, 1, 1}});
+            dGeomSetCategoryBits(box, bits);
+            dGeomSetCollideBits(box, 1);
+          };
+          for (double x = 0; x < static_cast<double>(row); ++x) add(x, x + 0.5, 1);
+          for (std::size_t left = pairs, met; left > 0; left -= met) {
+            met = std::min(left, row);
+            add(0, static_cast<double>(met) - 0.25, 2);
+          }
+          for (const int threads : {1, 3})
+            for (const int flags : kFlags)
+              for (const double moved : {0.0, 0.0, 1e-9}) {
+                dParallelSAPSpaceSetNumThreads(space, threads);
+                if (moved > 0) world.jitter(moved, 1);
+                Blocks of_frame;
+                of_frame.collide(space, flags);
+                INFO(configuration.name << ", a row of " << row << ", " << pairs << " pairs, "
+                                        << threads << " threads, flags " << flags << ", moved "
+                                        << moved);
+                REQUIRE(difference(of_frame.joined(), expectedPairs(world.geoms())) == "");
+                REQUIRE(of_frame.joined().size() == pairs);
+                if (!size) size = of_frame.at.at(0).size();
+                REQUIRE(of_frame.calls == (pairs + size - 1) / size);
+              }
+        }
+}
 
 TEST_CASE("A callback that throws ends the call, on the calling thread", "[blocks]") {
   for (const Configuration& configuration : configurations())

@@ -251,7 +251,7 @@ TEST_CASE("Rays and probes of many threads may hit the same geom transforms", "[
            const double x = 4 * (round % kGeoms);
            const Rays rays = {rayOf({x, 0, 10}, {0, 0, -1}, 20)};
            const RayHits hits = nearestHits(space, rays, 0);
-           dGeomSetPosition(ball, real(x), 0, 6);
+           dGeomSetPosition(ball, real(x), 0, real(5.75));
            wrong += hits.empty() || hits[0].distance != real(4.5) || overlapsOf(space, ball) != 1;
          }
          return wrong;

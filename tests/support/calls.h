@@ -17,6 +17,7 @@ struct Asked {
   dGeomID geom = nullptr;
   dParallelSAPRay ray = {};
   std::size_t count = 1;
+  dGeomID last = nullptr;  // the last probe, if it is another one
 };
 
 // Has a space report to a function object, which takes what any callback gets. It may be left by
@@ -35,6 +36,7 @@ void report(Call call, dSpaceID space, const Asked& asked, Function& function) {
       return dParallelSAPSpaceCollideContacts(space, &function, 1, &contacts);
     case kOverlaps:
       probes.assign(asked.count, {asked.geom, nullptr, 0});
+      if (asked.last) probes.back().geom = asked.last;
       dParallelSAPSpaceOverlaps(space, probes.data(), asked.count, sizeof probes[0], 1, &function,
                                 invoke<Function>);
       return;
