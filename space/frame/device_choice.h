@@ -110,7 +110,6 @@ class DeviceChoice {
   void lost(int devices_left) {
     for (int devices = devices_left + 1; devices <= most_devices; ++devices)
       options_[devices] = Option();
-    if (choice_ > devices_left) trial_ = choice_ = 0;
     wanted_ = wanted_ < devices_left ? wanted_ : devices_left;
   }
 

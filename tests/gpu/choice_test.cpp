@@ -130,6 +130,16 @@ TEST_CASE("A device whose first frames were slow is soon known as fast", "[choic
     }
 }
 
+TEST_CASE("Devices that were lost are tried anew once they are back", "[choice]") {
+  DeviceChoice choice;
+  const Run made = run(choice, machines[0].time, 16e6, 4, 300, 10);
+  REQUIRE(made.last == 4);
+  choice.lost(1);
+  CHECK(choice.learnMissed(16000000, Candidates(true, 1), 1) == 1);
+  CHECK(choice.decide(16000000, Candidates(true, 1)).devices == 1);
+  CHECK(choice.decide(16000000, Candidates(true, 4)).begins_trial);
+}
+
 TEST_CASE("A number of devices that is set is the only one but the processor", "[choice]") {
   const auto three = Candidates(true, 3, 3);
   CHECK(std::vector<int>(three.begin(), three.end()) == std::vector<int>{0, 3});

@@ -369,11 +369,13 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
     };
     refuses(nullptr, 8);
     refuses(&none, 8);
-    for (const int flags : {0, static_cast<int>(CONTACTS_UNIMPORTANT), -1}) refuses(&plain, flags);
+    for (const int flags : {0, static_cast<int>(CONTACTS_UNIMPORTANT), 8 | 0x10000000, -1})
+      refuses(&plain, flags);
     refuses(&with_wrong, 8);
     collideWith(&without_flags, 0);
   }
   CHECK_THROWS_AS(dParallelSAPAddPair(nullptr, nullptr, nullptr), OdeAssertion);
+  CHECK(dSpaceIsParallelSAP(stock) == 0);
   CHECK_THROWS_AS(dSpaceIsParallelSAP(nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceGetStats(space, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceIsFast(space, nullptr), OdeAssertion);

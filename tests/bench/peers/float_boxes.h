@@ -50,7 +50,7 @@ class FloatPeer : public Peer {
 
  protected:
   std::vector<FloatBox> bounds_;
-  // Their numbers, ascending. Each find clears them: a second one without a move finds none.
+  // Their numbers, ascending, until the next move or until find() clears them.
   std::vector<std::uint32_t> moved_;
 
  private:
