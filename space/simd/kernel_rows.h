@@ -89,9 +89,11 @@ struct CellMeeting {
   void meetEachOther(std::size_t cell) {
     const Group<Real>& boxes = cells[cell];
     alignas(64) Real bounds[6][2 * group_size];
-    for (int i = 0; i < 12; ++i)
-      memcpy(bounds[i / 2] + i % 2 * group_size, boxes.lower[0] + i / 2 * group_size,
-             sizeof bounds[0] / 2);
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int at : {0, group_size}) {
+        memcpy(bounds[axis] + at, boxes.lower[axis], sizeof boxes.lower[axis]);
+        memcpy(bounds[3 + axis] + at, boxes.upper[axis], sizeof boxes.upper[axis]);
+      }
     std::size_t met = 0;
     for (unsigned by = 1; by <= group_size / 2; ++by) {
       masks[met] = Lanes::meetings(
