@@ -82,6 +82,10 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
   } else {
     fat.noteUnused();
     found = extraction.find(boxes, plan.extraction, filter, candidates);
+    if (GeomTree* const tree = call.tree.get(); tree && !call.scene.nested &&
+                                                found.method == dParallelSAPMethodSweep &&
+                                                found.devices == 0 && !boxes.wide)
+      tree->takeFrom(extraction.sweep, call.scene.slots);
   }
   noteFound(frame, found, kept.any);
 

@@ -47,6 +47,8 @@ class CellTrees {
     const std::uint32_t place = placeOf(slot);
     return place < cells() * group_size && move(place, box, /*may_grow=*/false);
   }
+  // Whether the slot may have a box; surely if it has one. Boxes may move.
+  bool hasPlace(Slot slot) const { return placeOf(slot) != nowhere; }
   // Prefetches what these change.
   void prefetchPlace(Slot slot) const;
 

@@ -1,6 +1,7 @@
 // Subdivided sweep and prune: the default method.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "space/base/box_set.h"
@@ -37,6 +38,11 @@ class Sweep : public PairFinder {
   // Their trees, in which boxes may be placed until the next one. Small boxes come first.
   CellTrees<Real>& trees() { return trees_; }
   const CellTrees<Real>& trees() const { return trees_; }
+  // Gives them away, for storage of other ones.
+  void exchangeTrees(CellTrees<Real>& trees) {
+    std::swap(trees_, trees);
+    packed_ = nullptr;
+  }
 
  private:
   bool mayReuseCells(const BoxSet& boxes, int threads);

@@ -116,7 +116,7 @@ std::size_t GeomTree::Tree::pack(const Geoms& geoms, int threads, BoxSet (&boxes
 }
 
 void GeomTree::Tree::build(const Geoms& geoms, int threads) {
-  built = false;
+  built = is_taken = false;
   BoxSet boxes[kinds];
   // A small part of them will do as floats.
   is_wide = pack<float>(geoms, threads, boxes) > geoms.size() / 8 && sizeof(dReal) > sizeof(float);
@@ -138,15 +138,14 @@ void GeomTree::Tree::setUpToDate(std::size_t slots_now) {
   changed.resizeDiscarding(0);
   changed.reserve(static_cast<std::size_t>(static_cast<double>(slots) / refresh_cost) + 1);
   all_changed = false;
+  is_taken = false;
 }
 
-// False once there are more rows of strays than that: the tree is then to be built anew. Boxes that
-// stay within their cells are written by all threads, the others are placed by one.
-bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) {
-  const std::size_t count = all_changed ? std::max(geoms.size(), slots) : changed.size();
-  const auto slotAt = [&](std::size_t i) {
-    return all_changed ? static_cast<Slot>(i) : changed[i];
-  };
+// Places the geoms of slots: all threads those that stay(trees, slot, geom) where they are, one the
+// others. False once there are more rows of strays than that.
+template <class SlotAt, class Stays>
+bool GeomTree::Tree::place(std::size_t count, SlotAt slotAt, const Geoms& geoms, int threads,
+                           double most_rows, Stays stays) {
   const int most = teamFor(count, grains::slots, threads);
   clearForTeam(apart, most);
   const bool some_twice = most > 1 && !all_changed;
@@ -154,8 +153,7 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
     seen.growTo(geoms.size());
     seen.clear();
   }
-  const bool few = withTrees([&](auto& of) {
-    using Real = RealOf<decltype(of[0])>;
+  return withTrees([&](auto& of) {
     runTeam(moving, most, [&](int thread, int team) {
       const Range own = ownPart(count, thread, team);
       for (std::size_t i = own.begin; i < own.end; ++i) {
@@ -170,22 +168,56 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
         const Slot slot = slotAt(i);
         const dxGeom* const geom = geomAt(geoms, slot);
         if (some_twice && geom && !seen.insertShared(slot)) continue;
-        if (!geom || !hasBoundedHits(geom) || !of[bounded].moveWithin(slot, boxOf<Real>(geom)))
-          apart[thread].push_back(slot);
+        if (!geom || !hasBoundedHits(geom) || !stays(of, slot, geom)) apart[thread].push_back(slot);
       }
     });
     for (const Buffer<Slot>& part : apart)
       for (const Slot slot : part) {
         const dxGeom* const geom = geomAt(geoms, slot);
         const Kind kind = geom && !hasBoundedHits(geom) ? other : bounded;
-        of[kind].place(slot, boxOf<Real>(geom));
-        of[kinds - 1 - kind].place(slot, inactiveBox<Real>());
+        of[kind].place(slot, boxOf<RealOf<decltype(of[0])>>(geom));
+        of[kinds - 1 - kind].place(slot, inactiveBox<RealOf<decltype(of[0])>>());
         if (static_cast<double>(of[kind].strayRows()) > most_rows) return false;
       }
     return true;
   });
+}
+
+// False once there are more rows of strays than that: the tree is then to be built anew.
+bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) {
+  const std::size_t all = std::max(geoms.size(), slots);
+  const auto itself = [](std::size_t i) { return static_cast<Slot>(i); };
+  // In a tree that is taken geoms of the other kind have a place in both.
+  const auto isPlaced = [](auto& of, Slot slot, const dxGeom*) {
+    return of[bounded].hasPlace(slot) && !of[other].hasPlace(slot);
+  };
+  const auto moves = [taken = is_taken](auto& of, Slot slot, const dxGeom* geom) {
+    return !(taken && of[other].hasPlace(slot)) &&
+           of[bounded].moveWithin(slot, boxOf<RealOf<decltype(of[0])>>(geom));
+  };
+  if (is_taken) narrow[bounded].numberPlaces(threads);
+  const auto slotAt = [this](std::size_t i) {
+    return all_changed ? static_cast<Slot>(i) : changed[i];
+  };
+  const bool few =
+      (!is_taken || all_changed || place(all, itself, geoms, threads, most_rows, isPlaced)) &&
+      place(all_changed ? all : changed.size(), slotAt, geoms, threads, most_rows, moves);
   if (few) setUpToDate(geoms.size());
   return few;
+}
+
+void GeomTree::takeFrom(Sweep<float>& sweep, const Geoms& geoms) {
+  if (!mechanisms::kept_query_tree || idle_frames_ == idle_frames) return;
+  if (std::max(queries_, last_queries_) < 2) return;
+  if (tree_.isCurrent() || (tree_.built && tree_.is_wide)) return;
+  if (taking_.skipTurn() || !close()) return;
+  if (!tree_.built) tree_ = Tree();
+  tree_.setUpToDate(std::max(geoms.size(), tree_.slots));
+  CellTrees<float>& own = tree_.narrow[bounded];
+  if (own.bytes() > 2 * sweep.trees().bytes()) own = {};  // storage of a larger scene
+  sweep.exchangeTrees(own);
+  tree_.built = tree_.is_taken = true;
+  stray_rows_ = 0;
 }
 
 bool GeomTree::clean(const Geoms& geoms) {
@@ -220,8 +252,9 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
   if (!up_to_date && tree_.built) {
     const std::size_t changed = tree_.all_changed ? geoms.size() : tree_.changed.size();
     const double cost = static_cast<double>(changed) * refresh_cost;
-    if (!must && cost > expected * slots) return false;
+    if (!must && cost + (tree_.is_taken ? slots : 0) > expected * slots) return false;
     const bool most = cost > slots;  // a build may cost less
+    if (tree_.is_taken) most ? taking_.failed() : taking_.paid();
     // A frame's cost is not to depend on earlier ones: strays are then an eighth of all rows.
     const double rows = must ? slots / (8 * group_size) : slots * build_cost / expected;
     const double most_rows = most ? rows : std::numeric_limits<double>::infinity();

@@ -14,13 +14,16 @@
 #include "space/base/tuning.h"
 #include "space/geoms/pair_rule.h"
 #include "space/pairs/cell_trees.h"
+#include "space/pairs/sweep.h"
 
 struct dxGeom;
 
 namespace ode_parallel_sap {
 
 // CellTrees that are kept where queries come often enough to pay for them. The search of a changed
-// geom's pairs is a query, too. Counts of changed geoms and of queries decide, never times.
+// geom's pairs is a query, too. Counts of changed geoms and of queries decide, never times. With 10
+// and 100 rays after it, a frame of 10,000 moving spheres took 0.64 and 0.80 of the instructions
+// when it took the sweep's trees.
 //
 // The space calls changed() for every geom that is added, is removed or becomes dirty, and reset()
 // where slots are numbered anew. Bits, bodies and enabled states change without notice, so they are
@@ -45,6 +48,10 @@ class GeomTree {
     tree_.built = false;
     is_open_.store(false, std::memory_order_relaxed);
   }
+
+  // Takes the trees of a sweep that just found pairs of all geoms, if queries are likely: to bring
+  // these up to date costs less. Throws std::bad_alloc.
+  void takeFrom(Sweep<float>& sweep, const Geoms& geoms);
 
   // Brings dirty geoms up to date if it knows them and they are few. False: the space has to.
   bool clean(const Geoms& geoms);
@@ -106,6 +113,9 @@ class GeomTree {
   struct Tree {
     bool built = false;
     bool is_wide = false;  // boxes of doubles; of floats where these are fine enough
+    // The bounded geoms' trees are a sweep's: of the boxes of both kinds that took part, when no
+    // other slot had changed.
+    bool is_taken = false;
     bool all_changed = false;
     Buffer<Slot> changed;   // since the tree was up to date, unless all_changed; some twice
     std::size_t slots = 0;  // when the tree was up to date
@@ -122,12 +132,15 @@ class GeomTree {
     template <class Real>
     std::size_t pack(const Geoms& geoms, int threads, BoxSet (&boxes)[kinds]);
     void build(const Geoms& geoms, int threads);
+    template <class SlotAt, class Stays>
+    bool place(std::size_t count, SlotAt slotAt, const Geoms& geoms, int threads, double most_rows,
+               Stays stays);
     bool refresh(const Geoms& geoms, int threads, double most_rows);
     void setUpToDate(std::size_t slots);
     std::size_t strayRows() {
       return withTrees([](auto& of) { return of[bounded].strayRows() + of[other].strayRows(); });
     }
-    bool isCurrent() const { return built && !all_changed && changed.size() == 0; }
+    bool isCurrent() const { return built && !is_taken && !all_changed && changed.size() == 0; }
     std::size_t bytes() const { return bytesOf(changed, apart, seen, narrow, wide); }
   };
 
@@ -148,6 +161,7 @@ class GeomTree {
   double last_queries_ = 0;  // between the two great changes before
   double stray_rows_ = 0;    // gone through by all queries since the tree was built
   BackOff back_off_{2};      // where most geoms leave their cells between queries
+  BackOff taking_{2};        // where most geoms change between a sweep and the queries
 };
 
 // The tree of a sub-space without further spaces in it, up to date.
