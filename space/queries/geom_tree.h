@@ -21,9 +21,9 @@ struct dxGeom;
 namespace ode_parallel_sap {
 
 // CellTrees that are kept where queries come often enough to pay for them. The search of a changed
-// geom's pairs is a query, too. Counts of changed geoms and of queries decide, never times. With 10
-// and 100 rays after it, a frame of 10,000 moving spheres took 0.64 and 0.80 of the instructions
-// when it took the sweep's trees.
+// geom's pairs is a query, too. Counts of changed geoms and of queries decide, never times. Where
+// sweeps' trees are taken a frame of 10,000 moving spheres with 10 and 100 rays after it took 0.37
+// and 0.81 of the time, of 100,000 0.45 and 0.79.
 //
 // The space calls changed() for every geom that is added, is removed or becomes dirty, and reset()
 // where slots are numbered anew. Bits, bodies and enabled states change without notice, so they are
