@@ -134,9 +134,9 @@ void GeomTree::Tree::build(const Geoms& geoms, int threads) {
 }
 
 void GeomTree::Tree::setUpToDate(std::size_t slots_now) {
-  slots = slots_now;
+  changed.reserve(static_cast<std::size_t>(static_cast<double>(slots_now) / refresh_cost) + 1);
   changed.resizeDiscarding(0);
-  changed.reserve(static_cast<std::size_t>(static_cast<double>(slots) / refresh_cost) + 1);
+  slots = slots_now;
   all_changed = false;
   is_taken = false;
 }
