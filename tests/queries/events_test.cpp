@@ -72,6 +72,30 @@ TEST_CASE("Touches that a callback switches on begin in the next collide", "[eve
   CHECK(messages.all().empty());
 }
 
+TEST_CASE("A touch that has outlived its pair lasts while that rests, and when it wakes",
+          "[events]") {
+  const Space space;
+  World world(space);
+  world.take(dCreateSphere(space, 1));
+  const dBodyID body = world.giveBody(world.take(dCreateSphere(space, 1)));
+  dParallelSAPSpaceSetSkipAsleep(space, 1);
+  dParallelSAPSpaceSetEvents(space, dParallelSAPEventTouches);
+  const dParallelSAPContactCallbacks callbacks =
+      dParallelSAPContactCallbacksOf([](void*, dGeomID, dGeomID, const dContactGeom*, int) {});
+  const auto changes = [&] {
+    dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+    return begunTouchesOf(space).size() + endedTouchesOf(space).size();
+  };
+  CHECK(changes() == 1);
+  dBodySetPosition(body, 9, 0, 0);
+  CHECK(collide(space).empty());
+  dBodySetPosition(body, 1, 0, 0);
+  dBodyDisable(body);
+  CHECK(changes() == 0);
+  dBodyEnable(body);
+  CHECK(changes() == 0);
+}
+
 TEST_CASE("Who asks for events that are off, or after another call, is told once", "[events]") {
   const auto said = [](int kinds, const char* word, auto ask) {
     const Space asked, other;
