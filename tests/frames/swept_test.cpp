@@ -257,6 +257,17 @@ TEST_CASE("Spaces around a swept one have its box, however it came and was asked
       }
 }
 
+TEST_CASE("Who comes in the place of a fast geom is none", "[swept]") {
+  const Space space;
+  World world(space);
+  dParallelSAPSpaceSetSweptBounds(space, 1);
+  dBodySetLinearVel(world.giveBody(world.take(dCreateSphere(space, 1))), 9, 0, 0);
+  (void)collide(space);
+  CHECK(dParallelSAPSpaceIsFast(space, world.geoms()[0]));
+  world.shrinkTo(0);
+  CHECK(!dParallelSAPSpaceIsFast(space, world.take(dCreateSphere(space, 1))));
+}
+
 TEST_CASE("A stock space has the box of a swept one in it after the swept one's frame", "[swept]") {
   const dSpaceID stock = dSimpleSpaceCreate(nullptr), swept = dParallelSAPSpaceCreate(stock);
   {
