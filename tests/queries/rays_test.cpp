@@ -4,6 +4,7 @@
 #include "support/contact_scene.h"
 #include "support/ray_oracle.h"
 #include "support/tests.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -11,6 +12,16 @@ namespace {
 
 std::size_t hitsOf(const RayHits& hits) {
   return RayBatch::meeting({hits, {}});
+}
+
+// A collider that finds one contact, so far away; 0: nobody knows how far.
+template <int distance>
+int hitAt(dGeomID o1, dGeomID o2, int, dContactGeom* contact, int) {
+  *contact = {};
+  contact->depth = distance ? dReal(distance) : kNaN;
+  contact->g1 = o1;
+  contact->g2 = o2;
+  return 1;
 }
 
 }  // namespace
@@ -248,6 +259,18 @@ TEST_CASE("A ray of infinite length hits what a long one hits", "[rays]") {
     }
     CHECK(dParallelSAPSpaceRays(space, nullptr, 0, 0, nullptr) == 0);
   }
+}
+
+TEST_CASE("A hit whose distance is NaN is farther than all others", "[rays]") {
+  const Space space;
+  const int user_class = dGeomGetClass(createUserBox(space, {1, 2, -1, 1, -1, 1}));
+  dSetColliderOverride(user_class, dRayClass, hitAt<0>);
+  const dGeomID ball = dCreateSphere(space, 1);
+  dGeomSetPosition(ball, 5, 0, 0);
+  const Rays rays = {rayOf({0, 0, 0}, {1, 0, 0}, 9)};
+  CHECK(nearestHits(space, rays, 0)[0].geom == ball);
+  CHECK(allHits(space, rays, 0)[0][0].geom == ball);
+  dSetColliderOverride(user_class, dRayClass, nullptr);
 }
 
 TEST_CASE("Few colliders are asked for the nearest hit of a ray among many geoms", "[rays]") {
