@@ -273,6 +273,18 @@ TEST_CASE("A hit whose distance is NaN is farther than all others", "[rays]") {
   dSetColliderOverride(user_class, dRayClass, nullptr);
 }
 
+TEST_CASE("A user's class that rejects rays is hit by none, by any number of threads", "[rays]") {
+  const Space space;
+  const auto reject = [](dGeomID, dGeomID, dReal[6]) { return 0; };
+  const int user_class = dGeomGetClass(createUserBox(space, {1, 2, -1, 1, -1, 1}, false, reject));
+  dSetColliderOverride(user_class, dRayClass, hitAt<0>);
+  for (const int threads : {1, 3}) {
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    CHECK(hitsOf(nearestHits(space, Rays(80, rayOf({0, 0, 0}, {1, 0, 0}, 9)), 0)) == 0);
+  }
+  dSetColliderOverride(user_class, dRayClass, nullptr);
+}
+
 TEST_CASE("Few colliders are asked for the nearest hit of a ray among many geoms", "[rays]") {
   // A row of spheres along the ray: those behind the first are not asked, so that their hits would
   // be found at no cost. Told from the time, of which a small part is left.
