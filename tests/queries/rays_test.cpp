@@ -285,6 +285,23 @@ TEST_CASE("A user's class that rejects rays is hit by none, by any number of thr
   dSetColliderOverride(user_class, dRayClass, nullptr);
 }
 
+TEST_CASE("Of hits as far away in a sub-space the first geom's counts, whoever collides",
+          "[rays]") {
+  const Space space;
+  const dSpaceID within = dSimpleSpaceCreate(space);
+  const int user_class = dGeomGetClass(createUserBox(within, {1, 9, -1, 1, -1, 1}));
+  const dGeomID ball = dCreateSphere(within, 1);  // in front, as in any stock space
+  dGeomSetPosition(ball, 5, 0, 0);
+  dSetColliderOverride(user_class, dRayClass, hitAt<4>);
+  for (const int threads : {1, 3}) {
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    for (const dParallelSAPRayHit& hit :
+         nearestHits(space, Rays(80, rayOf({0, 0, 0}, {1, 0, 0}, 9)), 0))
+      REQUIRE(hit.geom == ball);
+  }
+  dSetColliderOverride(user_class, dRayClass, nullptr);
+}
+
 TEST_CASE("Few colliders are asked for the nearest hit of a ray among many geoms", "[rays]") {
   // A row of spheres along the ray: those behind the first are not asked, so that their hits would
   // be found at no cost. Told from the time, of which a small part is left.
