@@ -105,6 +105,17 @@ TEST_CASE("Whatever a frame keeps, statistics count the geoms that moved and the
       }
 }
 
+TEST_CASE("The last geom is counted no more once it has gone", "[motions]") {
+  const Space space;
+  World world(space, denseCube(400, 5));
+  dGeomDisable(world.geoms().back());
+  (void)collide(space);
+  CHECK(statsOf(space).disabled == 1);
+  world.shrinkTo(399);
+  (void)collide(space);
+  CHECK(statsOf(space).disabled == 0);
+}
+
 TEST_CASE("A tolerance lets no pair through that is further apart, whatever the scale",
           "[motions]") {
   const double scales[] = {1e-38, 1e-30, 1, 1e30, 1e36, 3e37, 1e38, 1e39, 1e60, 1e100, 1e300};
