@@ -85,25 +85,26 @@ TEST_CASE("A promise that is not kept is found out on demand, and harms no pair"
          dParallelSAPSpaceNotify(row.space, row.geom());
        }}};
   for (const bool checked : {false, true})
-    for (const auto& [name, change] : changes) {
-      const Variable variable(kNotified, checked ? "check" : nullptr);
-      INFO(name << ", checked " << checked);
-      Row row;
-      CHECK(dParallelSAPSpaceGetNotified(row.space) == 0);
-      dParallelSAPSpaceSetNotified(row.space, 1);
-      dParallelSAPSpaceSetSkipAsleep(row.space, 1);
-      (void)collide(row.space);
-      const Messages messages;
-      change(row);
-      const Pairs pairs = collide(row.space);
-      (void)collide(row.space);
-      const bool kept = std::string("asleep told").find(name) != std::string::npos;
-      if (checked || kept) CHECK(difference(pairs, expectedPairs(row.world.geoms())) == "");
-      REQUIRE(messages.all().size() == (checked && !kept ? 1 : 0));
-      if (messages.all().empty()) continue;
-      CHECK(messages.all()[0].find("1 geoms changed, geom ") != std::string::npos);
-      dGeomSetCategoryBits(row.geom(), 5);
-      (void)collide(row.space);
-      CHECK(messages.all().size() == 1);  // once is enough
-    }
+    for (const bool skips : {false, true})
+      for (const auto& [name, change] : changes) {
+        const Variable variable(kNotified, checked ? "check" : nullptr);
+        INFO(name << ", checked " << checked << ", skips " << skips);
+        Row row;
+        CHECK(dParallelSAPSpaceGetNotified(row.space) == 0);
+        dParallelSAPSpaceSetNotified(row.space, 1);
+        dParallelSAPSpaceSetSkipAsleep(row.space, skips);
+        (void)collide(row.space);
+        const Messages messages;
+        change(row);
+        const Pairs pairs = collide(row.space);
+        (void)collide(row.space);
+        const bool kept = std::string("asleep told").find(name) != std::string::npos;
+        if (checked || kept) CHECK(difference(pairs, expectedPairs(row.world.geoms())) == "");
+        REQUIRE(messages.all().size() == (checked && !kept ? 1 : 0));
+        if (messages.all().empty()) continue;
+        CHECK(messages.all()[0].find("1 geoms changed, geom ") != std::string::npos);
+        dGeomSetCategoryBits(row.geom(), 5);
+        (void)collide(row.space);
+        CHECK(messages.all().size() == 1);  // once is enough
+      }
 }
