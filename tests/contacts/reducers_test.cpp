@@ -188,6 +188,17 @@ TEST_CASE("Each contact that is kept adds as much area as any could, the earlier
   }
 }
 
+TEST_CASE("Contacts on a ring are kept in any number", "[reducers]") {
+  constexpr int count = 300;
+  Manifold ring;
+  for (int i = 0; i < count; ++i)
+    ring.push_back(contact(std::cos(0.02 * i), std::sin(0.02 * i), 0, 1, i));
+  CHECK(dParallelSAPKeepSpread(ring.data(), count, count) == count);
+  std::vector<int> places = placesOf(ring, count);
+  std::sort(places.begin(), places.end());
+  for (int i = 0; i < count; ++i) REQUIRE(places[static_cast<std::size_t>(i)] == i);
+}
+
 TEST_CASE("A sphere in a mesh's plane gets a NaN of dCollide, which is reported and told once",
           "[reducers]") {
   const Mesh square({-5, -5, 0, 5, -5, 0, 5, 5, 0, -5, 5, 0}, {0, 1, 2, 0, 2, 3});
