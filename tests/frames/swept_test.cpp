@@ -268,6 +268,19 @@ TEST_CASE("Who comes in the place of a fast geom is none", "[swept]") {
   CHECK(!dParallelSAPSpaceIsFast(space, world.take(dCreateSphere(space, 1))));
 }
 
+TEST_CASE("A geom that has moved is where it is after a swept contact, too", "[swept]") {
+  const Space space;
+  World world(space);
+  const dGeomID ball = world.take(dCreateSphere(space, 1)),
+                other = world.addBox({{8, -1, -1}, {9, 1, 1}});
+  const dBodyID body = world.giveBody(ball);
+  dBodySetLinearVel(body, 9, 0, 0);
+  CHECK(collide(space).empty());
+  dBodySetPosition(body, 7.5, 0, 0);
+  (void)sweptContacts(ball, other, 1);
+  CHECK(collide(space).size() == 1);
+}
+
 TEST_CASE("A stock space has the box of a swept one in it after the swept one's frame", "[swept]") {
   const dSpaceID stock = dSimpleSpaceCreate(nullptr), swept = dParallelSAPSpaceCreate(stock);
   {
