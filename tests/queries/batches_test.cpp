@@ -123,3 +123,19 @@ TEST_CASE("A probe with a bound that is no number touches nothing, with one mess
   CHECK(messages.all().size() <= 1);
   for (const dGeomID geom : {lost, ball, point, last}) dGeomDestroy(geom);
 }
+
+TEST_CASE("The message of a probe that is no number comes on any number of threads", "[overlaps]") {
+  const dGeomID lost = dCreateSphere(nullptr, 1);
+  dGeomSetPosition(lost, 0, kNaN, 0);
+  for (const int threads : {1, 3}) {
+    const Space space;
+    dCreateSphere(space, 1);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    Probes probes(80, {lost, nullptr, 0});
+    const Messages messages;
+    CHECK(dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], 1,
+                                    nullptr, nullptr) == 0);
+    CHECK(messages.all().size() == 1);
+  }
+  dGeomDestroy(lost);
+}
