@@ -85,7 +85,7 @@ const PairList& Pipeline::tryFindPairs(Frame& frame) {
     if (GeomTree* const tree = call.tree.get(); tree && !call.scene.nested &&
                                                 found.method == dParallelSAPMethodSweep &&
                                                 found.devices == 0 && !boxes.wide)
-      tree->takeFrom(extraction.sweep, call.scene.slots);
+      tree->takeFrom(extraction.sweep, call.scene.slots, stats.disabled + stats.invalid);
   }
   noteFound(frame, found, kept.any);
 

@@ -195,7 +195,10 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
     return !(taken && of[other].hasPlace(slot)) &&
            of[bounded].moveWithin(slot, boxOf<RealOf<decltype(of[0])>>(geom));
   };
-  if (is_taken) narrow[bounded].numberPlaces(threads);
+  if (is_taken) {
+    narrow[bounded].numberPlaces(threads);
+    most_rows = std::min(most_rows, static_cast<double>(all) / (8 * group_size));
+  }
   const auto slotAt = [this](std::size_t i) {
     return all_changed ? static_cast<Slot>(i) : changed[i];
   };
@@ -206,18 +209,19 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, int threads, double most_rows) 
   return few;
 }
 
-void GeomTree::takeFrom(Sweep<float>& sweep, const Geoms& geoms) {
+void GeomTree::takeFrom(Sweep<float>& sweep, const Geoms& geoms, std::size_t left_out) {
   if (!mechanisms::kept_query_tree || idle_frames_ == idle_frames) return;
   if (std::max(queries_, last_queries_) < 2) return;
-  if (tree_.isCurrent() || (tree_.built && tree_.is_wide)) return;
-  if (taking_.skipTurn() || !close()) return;
+  if (tree_.built && (!tree_.all_changed || tree_.is_wide)) return;
+  if (tree_.narrow[other].cells() * group_size > geoms.size() / 2) return;  // few are of use
+  // Strays would cost the queries more than that: a row for each sixty cells.
+  if (left_out > geoms.size() / 64 || taking_.skipTurn() || !close()) return;
   if (!tree_.built) tree_ = Tree();
   tree_.setUpToDate(std::max(geoms.size(), tree_.slots));
   CellTrees<float>& own = tree_.narrow[bounded];
   if (own.bytes() > 2 * sweep.trees().bytes()) own = {};  // storage of a larger scene
   sweep.exchangeTrees(own);
   tree_.built = tree_.is_taken = true;
-  stray_rows_ = 0;
 }
 
 bool GeomTree::clean(const Geoms& geoms) {
@@ -254,7 +258,7 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     const double cost = static_cast<double>(changed) * refresh_cost;
     if (!must && cost + (tree_.is_taken ? slots : 0) > expected * slots) return false;
     const bool most = cost > slots;  // a build may cost less
-    if (tree_.is_taken) most ? taking_.failed() : taking_.paid();
+    const bool was_taken = tree_.is_taken;
     // A frame's cost is not to depend on earlier ones: strays are then an eighth of all rows.
     const double rows = must ? slots / (8 * group_size) : slots * build_cost / expected;
     const double most_rows = most ? rows : std::numeric_limits<double>::infinity();
@@ -263,6 +267,7 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, std::size_t querie
     if (!skipped && is_cheap && mechanisms::kept_query_tree) {
       up_to_date = tree_.refresh(geoms, threads, most_rows);
       if (most) up_to_date ? back_off_.paid() : back_off_.failed();
+      if (was_taken) up_to_date && !most ? taking_.paid() : taking_.failed();
     }
   }
   if (!up_to_date) {

@@ -49,9 +49,9 @@ class GeomTree {
     is_open_.store(false, std::memory_order_relaxed);
   }
 
-  // Takes the trees of a sweep that just found pairs of all geoms, if queries are likely: to bring
-  // these up to date costs less. Throws std::bad_alloc.
-  void takeFrom(Sweep<float>& sweep, const Geoms& geoms);
+  // Takes the trees of a sweep that just found pairs, but for those of so many geoms `left_out`, if
+  // queries are likely and to bring these up to date costs less. Throws std::bad_alloc.
+  void takeFrom(Sweep<float>& sweep, const Geoms& geoms, std::size_t left_out);
 
   // Brings dirty geoms up to date if it knows them and they are few. False: the space has to.
   bool clean(const Geoms& geoms);

@@ -21,11 +21,11 @@ TEST_CASE("Queries take the trees of a sweep, unless they are few or most geoms 
   Sweep<float> sweep;
   GeomTree tree;
   PairList pairs;
-  const auto takes = [&](std::size_t queries, std::size_t moved) {
+  const auto takes = [&](std::size_t queries, std::size_t moved, std::size_t left_out = 0) {
     for (Slot slot = 0; slot < geoms.size(); ++slot) tree.changed(slot);
     sweep.find(boxes, 1, pairs);
     const void* const cells = sweep.trees().views()->levels[0];
-    tree.takeFrom(sweep, geoms);
+    tree.takeFrom(sweep, geoms, left_out);
     for (Slot slot = 0; slot < moved; ++slot) tree.changed(slot);
     return tree.bringUpToDate(geoms, 1, queries) && tree.withTrees([&](const auto& of) {
       return of[GeomTree::bounded].count() > 0 && of[GeomTree::bounded].views()->levels[0] == cells;
@@ -41,6 +41,8 @@ TEST_CASE("Queries take the trees of a sweep, unless they are few or most geoms 
   CHECK(takes(1, 0));
   CHECK_FALSE(takes(1, 0));
   CHECK_FALSE(takes(5, 0));
+  CHECK(takes(5, 0));
+  CHECK_FALSE(takes(5, 0, 100));
   CHECK(takes(5, 0));
   while (!tree.noteFrame()) continue;
   CHECK_FALSE(takes(5, 0));
