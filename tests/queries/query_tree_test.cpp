@@ -7,7 +7,7 @@
 using namespace sap_test;
 using namespace ode_parallel_sap;
 
-TEST_CASE("Queries take the trees of a sweep, unless they are few or most geoms move after it") {
+TEST_CASE("Queries take the trees of a sweep, unless that is of little use") {
   GeomTree::Geoms geoms;
   BoxSet boxes;
   for (int i = 0; i < 1000; ++i) {
@@ -46,5 +46,12 @@ TEST_CASE("Queries take the trees of a sweep, unless they are few or most geoms 
   CHECK(takes(5, 0));
   while (!tree.noteFrame()) continue;
   CHECK_FALSE(takes(5, 0));
+  while (geoms.size() < 2500) {  // most of them of the other kind
+    geoms.push_back(dCreatePlane(nullptr, 0, 0, 1, 0));
+    boxes.boxes.push_back(inactiveBox<float>());
+  }
+  boxes.size = geoms.size();
+  takes(20, 0);  // and builds others where they were
+  for (int i = 0; i < 4; ++i) CHECK_FALSE(takes(20, 0));
   for (const dGeomID geom : geoms) dGeomDestroy(geom);
 }
