@@ -47,7 +47,7 @@ class CellTrees {
     const std::uint32_t place = placeOf(slot);
     return place < cells() * group_size && move(place, box, /*may_grow=*/false);
   }
-  // Whether the slot may have a box; surely if it has one. Boxes may move.
+  // False: the slot has no box. Boxes may move.
   bool hasPlace(Slot slot) const { return placeOf(slot) != nowhere; }
   // Prefetches what these change.
   void prefetchPlace(Slot slot) const;

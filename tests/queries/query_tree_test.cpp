@@ -46,11 +46,17 @@ TEST_CASE("Queries take the trees of a sweep, unless that is of little use") {
   CHECK(takes(5, 0));
   while (!tree.noteFrame()) continue;
   CHECK_FALSE(takes(5, 0));
-  while (geoms.size() < 2500) {  // most of them of the other kind
-    geoms.push_back(dCreatePlane(nullptr, 0, 0, 1, 0));
-    boxes.boxes.push_back(inactiveBox<float>());
-  }
-  boxes.size = geoms.size();
+  const auto addPlanes = [&](std::size_t count) {  // of the other kind
+    for (; count > 0; --count) {
+      geoms.push_back(dCreatePlane(nullptr, 0, 0, 1, 0));
+      boxes.boxes.push_back(inactiveBox<float>());
+    }
+    boxes.size = geoms.size();
+  };
+  addPlanes(1);
+  for (int i = 0; i < 3000; ++i) takes(5, 0);  // each goes through a row of strays
+  CHECK(takes(5, 0));
+  addPlanes(1500);
   takes(20, 0);  // and builds others where they were
   for (int i = 0; i < 4; ++i) CHECK_FALSE(takes(20, 0));
   for (const dGeomID geom : geoms) dGeomDestroy(geom);
